@@ -1,0 +1,13 @@
+#pragma once
+#include <CLI/CLI.hpp>
+
+namespace relnav::hil {
+
+/// Each adds one subcommand; its callback stores the exit status.
+void add_evaluate_command(CLI::App& app, int& exit_status);
+
+inline constexpr int exit_done = 0;
+inline constexpr int exit_fault = 1;     ///< ran, but the run ended in a fault
+inline constexpr int exit_unusable = 2;  ///< unusable arguments or input
+
+}  // namespace relnav::hil
