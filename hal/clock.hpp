@@ -4,7 +4,7 @@
 
 namespace relnav::hal {
 
-/// Monotonic clock. Contract:
+/// Monotonic clock. Contract (tests/contract/clock_contract.hpp):
 /// CLK-1  now() never goes back.
 /// CLK-2  id() names the time scale of now() and does not change.
 class Clock {

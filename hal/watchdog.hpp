@@ -3,9 +3,11 @@
 
 namespace relnav::hal {
 
-/// Watchdog. Contract:
-/// WDG-1  kick() is called after a completed step and restarts the deadline.
+/// Watchdog. Contract (tests/contract/watchdog_contract.hpp):
+/// WDG-1  kick(), called after a completed step, restarts the deadline: no reaction while kicks come in time.
 /// WDG-2  trip() asks for the safe reaction at once (a self-detected fault); kick() afterwards returns device_lost.
+/// WDG-3  Without a kick() the reaction comes when the deadline has passed; kick() afterwards returns device_lost.
+/// WDG-4  trip() may be repeated: it returns ok and changes nothing more.
 class Watchdog {
  public:
   virtual Status kick() = 0;
