@@ -1,0 +1,40 @@
+#!/usr/bin/env python3
+"""Every header of fsw/, hal/ and platform/host compiles on its own, and twice in a row, with the build's warnings."""
+import concurrent.futures
+
+import common
+
+
+def compile_alone(root, header, flags):
+    """Empty when fine, else what the compiler says first."""
+    unit = f'#include "{header}"\n#include "{header}"\n'
+    command = [common.compiler(), *flags, "-fsyntax-only", f"-I{root}", "-x", "c++", "-"]
+    result = common.subprocess.run(command, input=unit, capture_output=True, text=True, check=False)
+    if result.returncode == 0:
+        return ""
+    lines = [line for line in result.stderr.splitlines() if "error" in line] or result.stderr.splitlines() or ["?"]
+    return f"{header}: does not compile on its own: {lines[0].replace(str(root) + '/', '')}"
+
+
+def check(root):
+    flags = common.strict_flags() + common.eigen_flags()
+    headers = common.sources(root, ["fsw", "hal", "platform/host"], {".hpp", ".h"})
+    if not headers:
+        return ["no headers found"]
+    with concurrent.futures.ThreadPoolExecutor(max_workers=2) as pool:
+        results = pool.map(lambda header: compile_alone(root, header, flags), headers)
+        return [problem for problem in results if problem]
+
+
+SEEDS = [
+    common.Seed("a sound header", {"fsw/base/a.hpp": "#pragma once\n#include <cstdint>\ninline std::uint8_t one() { return 1; }\n"},
+                None),
+    common.Seed("lacks an include", {"fsw/base/a.hpp": "#pragma once\ninline std::uint8_t one() { return 1; }\n"},
+                "fsw/base/a.hpp: does not compile on its own"),
+    common.Seed("lacks its guard", {"hal/a.hpp": "struct A {};\n"}, "hal/a.hpp: does not compile on its own"),
+    common.Seed("warns", {"fsw/math/a.hpp": "#pragma once\ninline int f(long x) { return x; }\n"},
+                "fsw/math/a.hpp: does not compile on its own"),
+]
+
+if __name__ == "__main__":
+    common.main(__doc__, check, SEEDS)
