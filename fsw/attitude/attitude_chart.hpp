@@ -19,7 +19,7 @@ inline constexpr double same_set_bound = 4.0;
 ///   error_jacobian()          A: dphi_C = A dp, so P_phi = A P_p A'
 ///   error_jacobian_inverse()  A^-1, in closed form
 ///   kinematics(omega_C)       dp/dt for R' = [omega_C x] R, i.e. A^-1 omega_C
-///   rotated(phi_C[, J, J])    chart of Exp([phi_C x]) R_CT, exact (through unnormalised quaternions), any |phi_C|;
+///   rotated(phi_C[, J, J])    chart of Exp([phi_C x]) R_CT, exact (composed as quaternions), any |phi_C| <= 1e6;
 ///                             d p_new / d p and d p_new / d phi_C. In the same set as long as |p_new| <= same_set_bound;
 ///                             beyond, the result is in its best set already and the Jacobians are those of that set.
 ///   switch_due()              the switching rule

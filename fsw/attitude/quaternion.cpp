@@ -42,9 +42,9 @@ Quaternion Quaternion::from_rotation_vector(const Vec3& phi) {
     w = 1.0 - half2 / 2.0 * (1.0 - half2 / 12.0 * (1.0 - half2 / 30.0 * (1.0 - half2 / 56.0)));
   } else {
     const double half = std::sqrt(half2);
-    double sine = 0.0;
-    math::sincos(half, sine, w);
-    sinc = sine / half;
+    const math::SinCos of_half = math::sincos(half);
+    sinc = of_half.sin / half;
+    w = of_half.cos;
   }
   return from_parts(0.5 * sinc * phi, w);
 }

@@ -18,7 +18,8 @@ struct Quaternion {
   /// (Shepperd, J. Guidance and Control 1(3), 1978), hence full precision at every angle, 180 deg included.
   [[nodiscard]] static Quaternion from_dcm(const Mat3& R);
 
-  /// (sin(|phi|/2) phi/|phi|, cos(|phi|/2)): unit, any |phi| (rad). Continuous in phi, so w < 0 for |phi| beyond pi.
+  /// (sin(|phi|/2) phi/|phi|, cos(|phi|/2)): unit; |phi| (rad) up to math::max_angle, NaN beyond. Continuous in phi, so
+  /// w < 0 for |phi| beyond pi.
   [[nodiscard]] static Quaternion from_rotation_vector(const Vec3& phi);
 
   [[nodiscard]] Vec3 vector() const { return {x, y, z}; }

@@ -23,11 +23,9 @@ RotationCoefficients rotation_coefficients(double theta2) {
             1.0 / 6.0 - theta2 / 120.0 * (1.0 - theta2 / 42.0 * (1.0 - theta2 / 72.0 * (1.0 - theta2 / 110.0)))};
   }
   const double theta = std::sqrt(theta2);
-  double sin_half = 0.0;
-  double cos_half = 1.0;
-  math::sincos(0.5 * theta, sin_half, cos_half);
-  const double sin_theta = 2.0 * sin_half * cos_half;
-  return {sin_theta / theta, 2.0 * sin_half * sin_half / theta2, (theta - sin_theta) / (theta2 * theta)};
+  const math::SinCos half = math::sincos(0.5 * theta);
+  const double sin_theta = 2.0 * half.sin * half.cos;
+  return {sin_theta / theta, 2.0 * half.sin * half.sin / theta2, (theta - sin_theta) / (theta2 * theta)};
 }
 
 // [a x]^2 = a a' - (a'a) I
