@@ -38,8 +38,8 @@ Mat3 MrpChart::dcm() const { return quaternion_of(sigma_CT_).dcm(); }
 Mat3 MrpChart::error_jacobian() const {
   const double s2 = sigma_CT_.squaredNorm();
   const double scale = 4.0 / ((1.0 + s2) * (1.0 + s2));
-  return scale * ((1.0 - s2) * Mat3::Identity() + 2.0 * cross_matrix(sigma_CT_) +
-                  2.0 * sigma_CT_ * sigma_CT_.transpose());
+  return scale *
+         ((1.0 - s2) * Mat3::Identity() + 2.0 * cross_matrix(sigma_CT_) + 2.0 * sigma_CT_ * sigma_CT_.transpose());
 }
 
 Mat3 MrpChart::error_jacobian_inverse() const {

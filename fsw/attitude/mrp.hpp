@@ -4,10 +4,10 @@
 
 namespace relnav {
 
-/// Modified Rodrigues parameters sigma = v / (1 + w) = n tan(theta/4) of the Hamilton quaternion (v, w) of R_CT, with the
-/// shadow set sigma_shadow = -sigma / (sigma'sigma). Members: see AttitudeChart.
-/// Source: Schaub, Junkins, "Stereographic orientation parameters for attitude dynamics", J. Astronautical Sciences 44(1),
-/// 1996 (definition, shadow set, kinematics): sigma_dot = 1/4 ((1 - s's) I + 2 [s x] + 2 s s') omega,
+/// Modified Rodrigues parameters sigma = v / (1 + w) = n tan(theta/4) of the Hamilton quaternion (v, w) of R_CT, with
+/// the shadow set sigma_shadow = -sigma / (sigma'sigma). Members: see AttitudeChart.
+/// Source: Schaub, Junkins, "Stereographic orientation parameters for attitude dynamics", J. Astronautical Sciences
+/// 44(1), 1996 (definition, shadow set, kinematics): sigma_dot = 1/4 ((1 - s's) I + 2 [s x] + 2 s s') omega,
 /// which noncooperative.md (State) repeats. That formula is for the body rate (R' = R [omega x]). Here the rate is
 /// expressed in C and acts from the left (R_CT' = [omega_C x] R_CT), which turns the sign of the cross term:
 ///   sigma_dot = 1/4 ((1 - s's) I - 2 [s x] + 2 s s') omega_C.
@@ -15,8 +15,8 @@ namespace relnav {
 /// s_paper = -sigma and omega_paper = -omega_C; put in, the two formulas agree.)
 ///
 /// Switching: due when |sigma| > 1, i.e. beyond 180 deg of the current set; afterwards |sigma| <= 1. The comparison is
-/// sigma'sigma > 1 + 2^-46, so that rounding cannot ask for two switches in a row; at exactly 180 deg nothing is due and
-/// both sets are equally good. Singular at 360 deg only, |sigma| -> infinity. set_index: 0 for what from_dcm chose,
+/// sigma'sigma > 1 + 2^-46, so that rounding cannot ask for two switches in a row; at exactly 180 deg nothing is due
+/// and both sets are equally good. Singular at 360 deg only, |sigma| -> infinity. set_index: 0 for what from_dcm chose,
 /// toggled by each switch.
 class MrpChart {
  public:

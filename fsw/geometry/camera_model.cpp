@@ -9,12 +9,12 @@
 namespace relnav {
 namespace {
 
-constexpr double min_slope = 0.02;           // of the distortion, over the whole domain
-constexpr double corner_margin = 1.25;       // how far the domain may reach beyond the image's farthest corner
-constexpr double max_theta = 2.98;           // rad, 171 deg: beyond, the ray's direction is lost in rounding
-constexpr double max_radius_ratio = 10.0;    // largest undistorted radius considered, in units of the distorted corner's
-constexpr double tolerance = 1e-13;          // relative to the domain; Newton's next step would be its square
-constexpr int max_iterations = 60;           // Newton needs about 5; the rest is for its bisection safeguard
+constexpr double min_slope = 0.02;         // of the distortion, over the whole domain
+constexpr double corner_margin = 1.25;     // how far the domain may reach beyond the image's farthest corner
+constexpr double max_theta = 2.98;         // rad, 171 deg: beyond, the ray's direction is lost in rounding
+constexpr double max_radius_ratio = 10.0;  // largest undistorted radius considered, in units of the distorted corner's
+constexpr double tolerance = 1e-13;        // relative to the domain; Newton's next step would be its square
+constexpr int max_iterations = 60;         // Newton needs about 5; the rest is for its bisection safeguard
 constexpr int scan_steps = 1024;
 constexpr int bisection_steps = 60;
 
@@ -45,7 +45,8 @@ OddPolynomial radial_polynomial(const CameraIntrinsics& k) {
   return {};
 }
 
-// |(p1, p2)|. The tangential part t of radial_tangential has |t| <= 3 |p| r^2, and a symmetric Jacobian of norm <= 6 |p| r.
+// |(p1, p2)|. The tangential part t of radial_tangential has |t| <= 3 |p| r^2 and a symmetric Jacobian of norm
+// <= 6 |p| r.
 double tangential_size(const CameraIntrinsics& k) {
   if (k.model != DistortionModel::radial_tangential) return 0.0;
   return std::sqrt(k.coefficients[2] * k.coefficients[2] + k.coefficients[3] * k.coefficients[3]);
@@ -91,8 +92,8 @@ Mat2 radial_jacobian(double ratio, double slope, const Vec2& e) {
 
 Vec2 direction(const Vec2& v, double length) { return length > 1e-150 ? Vec2(v / length) : Vec2(Vec2::Zero()); }
 
-// radial_tangential, n to d, and its Jacobian, which is symmetric. In the domain it is also positive definite, hence the
-// distortion is the gradient of a strictly convex function on a disc: one to one.
+// radial_tangential, n to d, and its Jacobian, which is symmetric. In the domain it is also positive definite, hence
+// the distortion is the gradient of a strictly convex function on a disc: one to one.
 void distort_radial_tangential(const CameraIntrinsics& k, const Vec2& n, Vec2& d, Mat2& J_d_n) {
   const double p1 = k.coefficients[2];
   const double p2 = k.coefficients[3];

@@ -16,7 +16,7 @@ enum class DistortionModel : std::uint8_t {
                       ///< d_y = y f + p1 (r^2 + 2 y^2) + 2 p2 x y, f = 1 + k1 r^2 + k2 r^4
   radial_inverse,     ///< k1 k2: n = d (1 + k1 r_d^2 + k2 r_d^4); noncooperative.md, (20)-(22)
   equidistant,        ///< k1 k2 k3 k4 of OpenCV's fisheye (Kannala, Brandt, PAMI 28(8), 2006, odd polynomial):
-                      ///< r_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8), theta = angle off the axis
+  ///< r_d = theta (1 + k1 theta^2 + k2 theta^4 + k3 theta^6 + k4 theta^8), theta = angle off the axis
 };
 
 struct CameraIntrinsics {
@@ -32,9 +32,10 @@ struct CameraIntrinsics {
 
 /// Camera without skew: points in C to pixels and back. Immutable; every call is bounded in time.
 ///
-/// Domain: create() finds the largest radius up to which the distortion is safely invertible (its slope stays above 2 % in
-/// every direction, which makes it one to one), but no more than the image's farthest corner needs plus 25 %, since a
-/// calibration says nothing beyond. `none` has no such limit; equidistant may reach beyond 90 deg, up to 171 deg off the axis.
+/// Domain: create() finds the largest radius up to which the distortion is safely invertible (its slope stays above 2 %
+/// in every direction, which makes it one to one), but no more than the image's farthest corner needs plus 25 %, since a
+/// calibration says nothing beyond. `none` has no such limit; equidistant may reach beyond 90 deg, up to 171 deg off the
+/// axis.
 /// A calibration that turns back before the image's corners is accepted; covers_image() tells, and pixels beyond give
 /// Status::outside_domain.
 class CameraModel {
