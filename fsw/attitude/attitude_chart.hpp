@@ -5,12 +5,13 @@
 
 namespace relnav {
 
-/// Largest |p| for which rotated() stays in the set it started from. At 4 a chart is still well conditioned (MRP:
-/// 304 deg, Rodrigues: 152 deg from the set's own zero); a due switch brings |p| back to 1 (MRP) or sqrt(3) (Rodrigues).
+/// Largest |p| for which rotated() stays in the set it started from. At 4 a chart is still well conditioned (MRP: 304
+/// deg, Rodrigues: 152 deg from the set's own zero); a due switch brings |p| back to 1 (MRP) or sqrt(3) (Rodrigues).
 inline constexpr double same_set_bound = 4.0;
 
 /// A three-parameter chart of SO(3) with a switching rule. The attitude is R_CT (p_C = R_CT p_T + t_CT); p are the
-/// parameters. Small rotations are active, expressed in C, and act from the left: R(p + dp) = Exp([A dp x]) R(p) + O(dp^2).
+/// parameters. Small rotations are active, expressed in C, and act from the left: R(p + dp) = Exp([A dp x]) R(p) +
+/// O(dp^2).
 ///
 ///   from_dcm(R_CT)            in the best set, no switch due; precondition: R_CT orthonormal to about 1e-3
 ///   from_parameters(p, set)   restores a chart; set within 0 .. set_count - 1

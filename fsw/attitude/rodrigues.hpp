@@ -6,12 +6,14 @@ namespace relnav {
 
 /// Classical Rodrigues parameters (Gibbs vector) with switching between four sets, Shuster's method of sequential
 /// rotations (MSR). Members: see AttitudeChart.
-/// Source: Yue, Hou, "Vision-based relative position and attitude determination using Rodrigues parameters",
-/// J. Astronautics 31(3), 2010, equations (1)-(5), (10), as given in cooperative-mono.md. Shuster's (passive) convention is kept:
+/// Source: Yue, Hou, "Vision-based relative position and attitude determination using Rodrigues parameters", J.
+/// Astronautics 31(3), 2010, equations (1)-(5), (10), as given in cooperative-mono.md. Shuster's (passive) convention
+/// is kept:
 ///   R_CT = C(g) R^(i),  C(g) = ((1 - g'g) I + 2 g g' - 2 [g x]) / (1 + g'g),
 ///   R^(0) = I, R^(1) = diag(1,-1,-1), R^(2) = diag(-1,1,-1), R^(3) = diag(-1,-1,1),
 /// g = g_CT^(i), i = set_index. The active Hamilton quaternion of C(g) is proportional to (-g, 1); the only places
-/// where the conventions meet are from_dcm() and dcm(), and the active rotation vector in rotated() and the error Jacobians.
+/// where the conventions meet are from_dcm() and dcm(), and the active rotation vector in rotated() and the error
+/// Jacobians.
 ///
 /// Error Jacobian: (10) with a = dg = -dphi/2 gives g + dg + g x dg + g (g'dg), hence
 ///   A^-1 = -1/2 (I + [g x] + g g'),   A = -2 (I - [g x]) / (1 + g'g),   g_dot = A^-1 omega_C.

@@ -33,11 +33,10 @@ struct CameraIntrinsics {
 /// Camera without skew: points in C to pixels and back. Immutable; every call is bounded in time.
 ///
 /// Domain: create() finds the largest radius up to which the distortion is safely invertible (its slope stays above 2 %
-/// in every direction, which makes it one to one), but no more than the image's farthest corner needs plus 25 %, since a
-/// calibration says nothing beyond. `none` has no such limit; equidistant may reach beyond 90 deg, up to 171 deg off the
-/// axis.
-/// A calibration that turns back before the image's corners is accepted; covers_image() tells, and pixels beyond give
-/// Status::outside_domain.
+/// in every direction, which makes it one to one), but no more than the image's farthest corner needs plus 25 %, since
+/// a calibration says nothing beyond. `none` has no such limit; equidistant may reach beyond 90 deg, up to 171 deg off
+/// the axis. A calibration that turns back before the image's corners is accepted; covers_image() tells, and pixels
+/// beyond give Status::outside_domain.
 class CameraModel {
  public:
   /// invalid_argument: non-finite value, non-positive focal length, size outside 1 .. 65536, unknown model.
