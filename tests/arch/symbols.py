@@ -137,9 +137,16 @@ SEEDS = [
 ]
 
 
+def on_tree(arguments):
+    missing = [f"{arguments.archives}: librelnav_{module}.a is not there; build first" for module in USES
+               if any((common.ROOT / "fsw" / module).glob("*.cpp"))
+               and not (arguments.archives / f"librelnav_{module}.a").is_file()]
+    return missing + check_archives(arguments.archives)
+
+
 def add_arguments(parser):
     parser.add_argument("--archives", type=pathlib.Path, default=common.ROOT / "build/host/lib")
 
 
 if __name__ == "__main__":
-    common.main(__doc__, check_sources, SEEDS, add_arguments, lambda arguments: check_archives(arguments.archives))
+    common.main(__doc__, check_sources, SEEDS, add_arguments, on_tree)
