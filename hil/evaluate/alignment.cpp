@@ -1,6 +1,7 @@
 #include "hil/evaluate/alignment.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <Eigen/LU>
 #include <Eigen/SVD>
 #include <cmath>
 #include <limits>

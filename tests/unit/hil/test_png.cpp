@@ -1,0 +1,109 @@
+#include <cstdint>
+#include <cstring>
+#include <fstream>
+#include <iterator>
+#include <vector>
+#include <zlib.h>
+
+#include "hil/io/image.hpp"
+#include "tests/unit/hil/scratch.hpp"
+
+using namespace relnav::hil;
+using relnav::test::message_of;
+using relnav::test::Scratch;
+
+namespace {
+
+void add_be32(std::string& out, std::uint32_t value) {
+  for (int shift = 24; shift >= 0; shift -= 8) out.push_back(static_cast<char>((value >> shift) & 0xFFU));
+}
+
+void add_chunk(std::string& out, const std::string& type, const std::string& data) {
+  add_be32(out, static_cast<std::uint32_t>(data.size()));
+  const std::string body = type + data;
+  out += body;
+  add_be32(out, static_cast<std::uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()))));
+}
+
+/// A PNG made by hand: rows are raw samples, each with the filter byte 0 in front.
+std::string make_png(std::uint32_t width, std::uint32_t height, int bit_depth, int colour_type, const std::string& rows) {
+  std::string out("\x89PNG\r\n\x1a\n", 8);
+  std::string header;
+  add_be32(header, width);
+  add_be32(header, height);
+  header += {static_cast<char>(bit_depth), static_cast<char>(colour_type), 0, 0, 0};
+  add_chunk(out, "IHDR", header);
+  uLongf size = compressBound(static_cast<uLong>(rows.size()));
+  std::string packed(size, '\0');
+  compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(rows.data()), static_cast<uLong>(rows.size()));
+  packed.resize(size);
+  add_chunk(out, "IDAT", packed);
+  add_chunk(out, "IEND", "");
+  return out;
+}
+
+}  // namespace
+
+TEST_GROUP(Png) {
+  Scratch scratch;
+  std::string grey_file() { return make_png(2, 2, 8, 0, std::string("\0\1\2\0\3\377", 6)); }
+  std::string failure(const std::string& bytes) {
+    const std::string path = scratch.write("i.png", bytes);
+    return message_of([&] { static_cast<void>(read_png(path)); });
+  }
+};
+
+TEST(Png, ReadsGrey8) {
+  const Image image = read_png(scratch.write("i.png", grey_file()));
+  CHECK_EQUAL(2U, image.width_px);
+  CHECK_EQUAL(2U, image.height_px);
+  CHECK_EQUAL(1U, image.bytes_per_pixel);
+  CHECK(image.bytes == (std::vector<std::uint8_t>{1, 2, 3, 255}));
+}
+
+TEST(Png, ReadsGrey16InMachineOrder) {
+  const Image image = read_png(scratch.write("i.png", make_png(2, 1, 16, 0, std::string("\0\x12\x34\xAB\xCD", 5))));
+  CHECK_EQUAL(2U, image.bytes_per_pixel);
+  std::uint16_t samples[2];
+  std::memcpy(samples, image.bytes.data(), sizeof samples);
+  CHECK_EQUAL(0x1234, samples[0]);
+  CHECK_EQUAL(0xABCD, samples[1]);
+}
+
+TEST(Png, TurnsColourIntoGrey) {
+  const Image image = read_png(scratch.write("i.png", make_png(3, 1, 8, 2, std::string("\0\377\0\0\0\377\0\0\0\377", 10))));
+  CHECK(image.bytes == (std::vector<std::uint8_t>{76, 150, 29}));
+}
+
+TEST(Png, DropsTransparency) {
+  const Image image = read_png(scratch.write("i.png", make_png(1, 1, 8, 6, std::string("\0\144\144\144\0", 5))));
+  CHECK(image.bytes == (std::vector<std::uint8_t>{100}));
+}
+
+TEST(Png, WhatIsWrittenReadsBack) {
+  const Image image{3, 2, 1, {0, 50, 100, 150, 200, 255}};
+  const auto bytes = encode_png(image);
+  const Image read = read_png(scratch.write("i.png", std::string(bytes.begin(), bytes.end())));
+  CHECK(read.bytes == image.bytes);
+  CHECK_EQUAL(3U, read.width_px);
+}
+
+TEST(Png, DamageAtEveryLengthIsAnError) {
+  const std::string whole = grey_file();
+  for (std::size_t length = 0; length < whole.size(); ++length) {
+    CHECK_MESSAGE_HOLDS(failure(whole.substr(0, length)), "i.png: ");
+    CHECK_MESSAGE_HOLDS(failure(whole.substr(0, length)), "(expected a complete PNG image)");
+  }
+}
+
+TEST(Png, DamagedPixelsAreAnError) {
+  std::string bytes = grey_file();
+  bytes[bytes.size() - 20] = static_cast<char>(bytes[bytes.size() - 20] ^ 0x55);
+  CHECK_MESSAGE_HOLDS(failure(bytes), "damaged or truncated");
+}
+
+TEST(Png, MissingFileIsNamed) {
+  CHECK_MESSAGE_HOLDS(message_of([&] { static_cast<void>(read_png(scratch.path("no.png"))); }), "no.png: cannot be opened");
+}
+
+TEST(Png, HugeSizeIsRefused) { CHECK_MESSAGE_HOLDS(failure(make_png(2000000000, 2000000000, 8, 0, "")), "damaged or truncated"); }
