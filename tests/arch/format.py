@@ -1,5 +1,6 @@
 #!/usr/bin/env python3
 """Sources are formatted as .clang-format says (clang-format 14). With --warn, only says how many are not."""
+import re
 import shutil
 import sys
 
@@ -10,15 +11,17 @@ FOLDERS = ["fsw", "hal", "platform", "hil", "tests"]
 
 
 def check(root):
-    problems = []
-    for path in common.sources(root, FOLDERS):
-        text = (root / path).read_text()
-        result = common.run([TOOL, f"--style=file:{common.ROOT / '.clang-format'}", root / path])
-        if result.returncode != 0:
-            problems.append(f"{path}: {result.stdout.strip()}")
-        elif result.stdout != text:
-            line = next((number for number, (a, b) in enumerate(zip(text.splitlines(), result.stdout.splitlines()), 1) if a != b), 0)
-            problems.append(f"{path}:{line}: not as clang-format writes it")
+    paths = common.sources(root, FOLDERS)
+    if not paths:
+        return ["no sources found"]
+    result = common.run([TOOL, "--dry-run", "--Werror", f"--style=file:{common.ROOT / '.clang-format'}",
+                         *(root / path for path in paths)])
+    first = {}  # of each file, the first line that is off
+    for path, line in re.findall(r"^(.+?):(\d+):\d+: error: code should be clang-formatted", result.stdout, re.M):
+        first.setdefault(path.replace(f"{root}/", ""), line)
+    problems = [f"{path}:{line}: not as clang-format writes it" for path, line in first.items()]
+    if result.returncode != 0 and not problems:
+        problems = [result.stdout.strip() or f"{TOOL} failed"]
     return problems
 
 
