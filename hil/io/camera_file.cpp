@@ -92,7 +92,7 @@ YAML::Node parse(const std::string& path) {
   }
 }
 
-void read_intrinsics(const CameraNode& camera, CameraCalibration& c) {
+void read_intrinsics(const CameraNode& camera, CameraIntrinsics& c) {
   YAML::Node at = camera.find({"camera_matrix", "Camera_Matrix", "cameraMatrix", "K", "M1"});
   if (at) {
     const auto k = camera.numbers(at, "camera_matrix");
@@ -112,15 +112,15 @@ void read_intrinsics(const CameraNode& camera, CameraCalibration& c) {
   }
 }
 
-std::uint32_t side(const CameraNode& camera, const YAML::Node& node, const std::string& what) {
+std::int32_t side(const CameraNode& camera, const YAML::Node& node, const std::string& what) {
   const double value = camera.number(node, what);
   if (!(value >= 1.0 && value <= largest_side_px) || value != std::floor(value)) {
     camera.fail(node, what + " is " + quoted(node.Scalar()), "a whole number of pixels from 1 to 65535");
   }
-  return static_cast<std::uint32_t>(value);
+  return static_cast<std::int32_t>(value);
 }
 
-void read_resolution(const CameraNode& camera, CameraCalibration& c) {
+void read_resolution(const CameraNode& camera, CameraIntrinsics& c) {
   if (camera.has({"image_width", "image_Width", "imageWidth"})) {
     c.width_px = side(camera, camera.find({"image_width", "image_Width", "imageWidth"}), "image_width");
     c.height_px = side(camera, camera.require({"image_height", "image_Height", "imageHeight"}, "the image height in pixels"), "image_height");
@@ -144,26 +144,26 @@ DistortionModel distortion_model(const CameraNode& camera, const YAML::Node& at)
               "radial-tangential (radtan, plumb_bob), radial-inverse, equidistant or none");
 }
 
-void read_distortion(const CameraNode& camera, CameraCalibration& c, bool model_may_be_absent) {
+void read_distortion(const CameraNode& camera, CameraIntrinsics& c, bool model_may_be_absent) {
   if (camera.has({"distortion_model"}) || !model_may_be_absent) {
-    c.distortion = distortion_model(
+    c.model = distortion_model(
         camera, camera.require({"distortion_model"}, "radial-tangential, radial-inverse, equidistant or none"));
   } else {
-    c.distortion = DistortionModel::radial_tangential;  // OpenCV's default
+    c.model = DistortionModel::radial_tangential;  // OpenCV's default
   }
   const YAML::Node at = camera.find({"distortion_coefficients", "distortion_coeffs", "Distortion_Coefficients", "dist_coeffs",
                                      "distCoeffs", "distCoeff", "D", "D1"});
-  if (c.distortion == DistortionModel::none) return;
+  if (c.model == DistortionModel::none) return;
   if (!at) {
-    static_cast<void>(camera.require({"distortion_coefficients"}, c.distortion == DistortionModel::radial_inverse ? "[k1, k2]" : "4 numbers"));
+    static_cast<void>(camera.require({"distortion_coefficients"}, c.model == DistortionModel::radial_inverse ? "[k1, k2]" : "4 numbers"));
   }
   const auto k = camera.numbers(at, "distortion_coefficients");
-  const std::size_t wanted = c.distortion == DistortionModel::radial_inverse ? 2 : 4;
+  const std::size_t wanted = c.model == DistortionModel::radial_inverse ? 2 : 4;
   // OpenCV and ROS append k3 and more; a model without them is the same as long as they are zero.
-  const bool extra_allowed = c.distortion == DistortionModel::radial_tangential && (k.size() == 5 || k.size() == 8 || k.size() == 12 || k.size() == 14);
+  const bool extra_allowed = c.model == DistortionModel::radial_tangential && (k.size() == 5 || k.size() == 8 || k.size() == 12 || k.size() == 14);
   if (k.size() != wanted && !extra_allowed) {
     camera.fail(at, "distortion_coefficients has " + std::to_string(k.size()) + " numbers",
-                std::to_string(wanted) + (wanted == 2 ? ": [k1, k2]" : c.distortion == DistortionModel::equidistant ? ": [k1, k2, k3, k4]" : ": [k1, k2, p1, p2]"));
+                std::to_string(wanted) + (wanted == 2 ? ": [k1, k2]" : c.model == DistortionModel::equidistant ? ": [k1, k2, k3, k4]" : ": [k1, k2, p1, p2]"));
   }
   for (std::size_t i = wanted; i < k.size(); ++i) {
     if (std::abs(k[i]) > 0.0) camera.fail(at, "distortion coefficient " + std::to_string(i + 1) + format_text(" is %g", k[i]), "0: only k1 k2 p1 p2 are supported");
@@ -209,9 +209,9 @@ CameraCalibration read_camera_file(const std::string& path, int index) {
   if (model && !(model.IsScalar() && model.Scalar() == "pinhole")) {
     camera.fail(model, "camera model " + quoted(model.IsScalar() ? model.Scalar() : "?"), "pinhole");
   }
-  read_intrinsics(camera, c);
-  read_resolution(camera, c);
-  read_distortion(camera, c, ros_or_opencv);
+  read_intrinsics(camera, c.intrinsics);
+  read_resolution(camera, c.intrinsics);
+  read_distortion(camera, c.intrinsics, ros_or_opencv);
   if (camera.has({"rate_hz"})) {
     c.rate_hz = camera.number(camera.find({"rate_hz"}), "rate_hz");
     if (!(c.rate_hz > 0.0)) camera.fail(camera.find({"rate_hz"}), format_text("rate_hz is %g", c.rate_hz), "a positive number");

@@ -2,8 +2,6 @@
 
 #include "tests/unit/hil/scratch.hpp"
 
-#include <CppUTest/MemoryLeakWarningPlugin.h>
-
 using namespace relnav;
 using namespace relnav::hil;
 using relnav::test::message_of;
@@ -26,18 +24,28 @@ const std::string euroc =
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);
-  CHECK_TEXT(at != std::string::npos, from.c_str());
+  if (at == std::string::npos) std::abort();
   return text.replace(at, from.size(), to);
 }
 
-void check_is_the_camera(const CameraCalibration& c) {
+// yaml-cpp builds tables at first use and keeps them: let that happen before CppUTest watches for leaks.
+const bool yaml_tables_built = [] {
+  const Scratch scratch;
+  std::string everything = replaced(euroc, "663.9", "[x");
+  for (const std::string& text : {euroc, everything + "- 'a'\n? \"b\" : |\n c\n", "%YAML:1.0\n---\na: !!b c\nd: &e {f: .nan}\n..."  + std::string("\n")}) {
+    static_cast<void>(message_of([&] { static_cast<void>(read_camera_file(scratch.write("c.yaml", text))); }));
+  }
+  return true;
+}();
+
+void check_is_the_camera(const CameraIntrinsics& c) {
   DOUBLES_EQUAL(663.9, c.fu, 1e-12);
   DOUBLES_EQUAL(664.6, c.fv, 1e-12);
   DOUBLES_EQUAL(323.8, c.cu, 1e-12);
   DOUBLES_EQUAL(235.2, c.cv, 1e-12);
-  CHECK_EQUAL(640U, c.width_px);
-  CHECK_EQUAL(480U, c.height_px);
-  CHECK(c.distortion == DistortionModel::radial_tangential);
+  CHECK_EQUAL(640, c.width_px);
+  CHECK_EQUAL(480, c.height_px);
+  CHECK(c.model == DistortionModel::radial_tangential);
   DOUBLES_EQUAL(-0.045, c.coefficients[0], 1e-12);
   DOUBLES_EQUAL(0.03, c.coefficients[1], 1e-12);
   DOUBLES_EQUAL(-0.0004, c.coefficients[2], 1e-12);
@@ -48,8 +56,6 @@ void check_is_the_camera(const CameraCalibration& c) {
 
 TEST_GROUP(CameraFile) {
   Scratch scratch;
-  // yaml-cpp builds its tables at first use and keeps them.
-  void setup() override { IGNORE_ALL_LEAKS_IN_TEST(); }
   CameraCalibration read(const std::string& text, int index = 0) { return read_camera_file(scratch.write("cam.yaml", text), index); }
   std::string failure(const std::string& text, int index = 0) {
     return message_of([&] { static_cast<void>(read(text, index)); });
@@ -58,7 +64,7 @@ TEST_GROUP(CameraFile) {
 
 TEST(CameraFile, ReadsEuroc) {
   const CameraCalibration c = read(euroc);
-  check_is_the_camera(c);
+  check_is_the_camera(c.intrinsics);
   DOUBLES_EQUAL(10.0, c.rate_hz, 1e-12);
   DOUBLES_EQUAL(-1.0, c.T_BC(0, 1), 1e-12);
   DOUBLES_EQUAL(0.6, c.T_BC(0, 3), 1e-12);
@@ -71,11 +77,11 @@ TEST(CameraFile, ReadsKalibrCamchain) {
       "  distortion_coeffs: [-0.045, 0.03, -0.0004, 0.0006]\n  resolution: [640, 480]\n  rostopic: /cam1\n"
       "  T_cam_imu:\n  - [0, 1, 0, -0.1]\n  - [-1, 0, 0, 0.6]\n  - [0, 0, 1, 0.2]\n  - [0, 0, 0, 1]\n";
   const CameraCalibration c = read(text, 1);
-  check_is_the_camera(c);
+  check_is_the_camera(c.intrinsics);
   DOUBLES_EQUAL(-1.0, c.T_BC(0, 1), 1e-12);  // inverse of T_cam_imu
   DOUBLES_EQUAL(0.6, c.T_BC(0, 3), 1e-12);
   DOUBLES_EQUAL(0.1, c.T_BC(1, 3), 1e-12);
-  CHECK_EQUAL(6U, read(text, 0).width_px);
+  CHECK_EQUAL(6, read(text, 0).intrinsics.width_px);
   CHECK_MESSAGE_HOLDS(failure(text, 2), "cam.yaml: missing node 'cam2'");
 }
 
@@ -83,7 +89,8 @@ TEST(CameraFile, ReadsRosCameraInfo) {
   check_is_the_camera(
       read("image_width: 640\nimage_height: 480\ncamera_name: c\ncamera_matrix:\n  rows: 3\n  cols: 3\n"
            "  data: [663.9, 0, 323.8, 0, 664.6, 235.2, 0, 0, 1]\ndistortion_model: plumb_bob\n"
-           "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [-0.045, 0.03, -0.0004, 0.0006, 0.0]\n"));
+           "distortion_coefficients:\n  rows: 1\n  cols: 5\n  data: [-0.045, 0.03, -0.0004, 0.0006, 0.0]\n")
+          .intrinsics);
 }
 
 TEST(CameraFile, ReadsOpencvFileStorage) {
@@ -91,12 +98,13 @@ TEST(CameraFile, ReadsOpencvFileStorage) {
       read("%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
            "   data: [ 6.6390000000000000e+02, 0., 323.8, 0., 664.6, 235.2, 0., 0., 1. ]\n"
            "distortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n"
-           "   data: [ -4.5e-02, 3.0e-02, -0.0004, 0.0006, 0. ]\n"));
+           "   data: [ -4.5e-02, 3.0e-02, -0.0004, 0.0006, 0. ]\n")
+          .intrinsics);
 }
 
 TEST(CameraFile, ReadsEveryDistortionModel) {
   const auto with = [&](const std::string& model, const std::string& numbers) {
-    return read(replaced(replaced(euroc, "radial-tangential", model), "[-0.045, 0.03, -0.0004, 0.0006]", numbers)).distortion;
+    return read(replaced(replaced(euroc, "radial-tangential", model), "[-0.045, 0.03, -0.0004, 0.0006]", numbers)).intrinsics.model;
   };
   CHECK(with("radial-inverse", "[-0.1, 0.17]") == DistortionModel::radial_inverse);
   CHECK(with("equidistant", "[0.1, 0.2, 0.3, 0.4]") == DistortionModel::equidistant);
