@@ -2,8 +2,10 @@
 
 #include <algorithm>
 #include <array>
+#include <bit>
 
 #include "fsw/vision/patch.hpp"
+#include "fsw/vision/vector16.hpp"
 
 namespace relnav::vision {
 namespace {
@@ -23,6 +25,14 @@ struct Cell {
   std::uint8_t count = 0;
   std::uint8_t features = 0;
 };
+
+/// The columns of the matching window among 16.
+constexpr std::array<std::uint8_t, 16> window_columns = [] {
+  std::array<std::uint8_t, 16> mask{};
+  for (std::size_t i = 0; i < window_side_px; ++i) mask[i] = 0xFF;
+  return mask;
+}();
+static_assert(corner_reach_px >= 16 - window_half_px && reference_half_px >= corner_reach_px);
 
 /// Largest r with r * r <= x.
 std::uint64_t root_floor(std::uint64_t x) {
@@ -44,8 +54,9 @@ std::uint64_t root_floor(std::uint64_t x) {
 int saturated_pixels(const ImageView& image, int u_px, int v_px) {
   int count = 0;
   for (int v = v_px - window_half_px; v <= v_px + window_half_px; ++v) {
-    const std::uint8_t* row = image.at(u_px - window_half_px, v);
-    for (int column = 0; column < window_side_px; ++column) count += row[column] >= saturated_level ? 1 : 0;
+    const U8x16 levels = load<U8x16>(image.at(u_px - window_half_px, v));
+    const U8x16 over = reinterpret_cast<U8x16>(levels >= splat(saturated_level)) & load<U8x16>(window_columns.data());
+    count += std::popcount(lane_bits(over));
   }
   return count;
 }
@@ -85,7 +96,7 @@ class Selection {
 
   /// The strongest few of each cell by FAST score, away from features.
   void sort_into_cells(std::span<const FastCorner> corners) {
-    const int border = std::max(options_.border_px, reference_half_px + 1);
+    const int border = std::max(options_.border_px, reference_half_px);
     for (const FastCorner& corner : corners) {
       if (!image_.contains(corner.u_px, corner.v_px, border)) continue;
       Cell& cell = cell_of(corner.u_px, corner.v_px);
@@ -186,23 +197,32 @@ class Selection {
 }  // namespace
 
 std::int32_t corner_strength(const ImageView& image, int u_px, int v_px) {
-  std::int32_t uu = 0;
-  std::int32_t vv = 0;
-  std::int32_t uv = 0;
+  I32x4 sum_uu{};
+  I32x4 sum_vv{};
+  I32x4 sum_uv{};
   for (int v = v_px - window_half_px; v <= v_px + window_half_px; ++v) {
     const std::uint8_t* row = image.at(u_px - window_half_px, v);
-    const std::uint8_t* above = row - image.stride;
-    const std::uint8_t* below = row + image.stride;
-    for (int i = 0; i < window_side_px; ++i) {
-      const int brightest = std::max(std::max(row[i - 1], row[i + 1]), std::max(above[i], below[i]));
-      const int keep = brightest < saturated_level ? -1 : 0;
-      const int gu = (row[i + 1] - row[i - 1]) & keep;
-      const int gv = (below[i] - above[i]) & keep;
-      uu += gu * gu;
-      vv += gv * gv;
-      uv += gu * gv;
+    const U8x16 left = load<U8x16>(row - 1);
+    const U8x16 right = load<U8x16>(row + 1);
+    const U8x16 above = load<U8x16>(row - image.stride);
+    const U8x16 below = load<U8x16>(row + image.stride);
+    const U8x16 usable = reinterpret_cast<U8x16>(max(max(left, right), max(above, below)) < splat(saturated_level)) &
+                         load<U8x16>(window_columns.data());
+    const U8x16 masked_left = left & usable;
+    const U8x16 masked_right = right & usable;
+    const U8x16 masked_above = above & usable;
+    const U8x16 masked_below = below & usable;
+    for (int half = 0; half < 2; ++half) {
+      const I16x8 gu = widen(masked_right, half) - widen(masked_left, half);
+      const I16x8 gv = widen(masked_below, half) - widen(masked_above, half);
+      sum_uu += multiply_add_pairs(gu, gu);
+      sum_vv += multiply_add_pairs(gv, gv);
+      sum_uv += multiply_add_pairs(gu, gv);
     }
   }
+  const std::int32_t uu = sum_of_lanes(sum_uu);
+  const std::int32_t vv = sum_of_lanes(sum_vv);
+  const std::int32_t uv = sum_of_lanes(sum_uv);
   // 2 lambda_min = uu + vv - sqrt((uu - vv)^2 + (2 uv)^2); the gradients are twice the half differences.
   const std::int64_t difference = static_cast<std::int64_t>(uu) - vv;
   const std::int64_t twice = 2 * static_cast<std::int64_t>(uv);

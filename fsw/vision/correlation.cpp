@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <cstdlib>
 
 #include "fsw/vision/vector16.hpp"
 
@@ -13,13 +14,18 @@ constexpr double score_scale = 16384.0;
 constexpr int distinct_px = 3;
 constexpr std::size_t lattice_candidates = 8;
 
-alignas(16) constexpr std::array<std::int16_t, window_stride> first_columns{1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 1, 0, 0, 0};
-static_assert(window_side_px == 13);
+/// 1 for the columns of the window, 0 for the padding.
+constexpr std::array<std::int16_t, window_stride> window_columns = [] {
+  std::array<std::int16_t, window_stride> columns{};
+  for (std::size_t i = 0; i < window_side_px; ++i) columns[i] = 1;
+  return columns;
+}();
+static_assert(window_side_px >= 8 && window_stride == 16);
 
 /// Correlation with the window whose first pixel is `image`; reads window_stride columns of window_side_px rows.
 double correlate(const WarpedPatch& patch, const std::int16_t* image, int stride) {
-  const I16x8 ones_low = load<I16x8>(first_columns.data());
-  const I16x8 ones_high = load<I16x8>(first_columns.data() + 8);
+  const I16x8 ones_low = load<I16x8>(window_columns.data());
+  const I16x8 ones_high = load<I16x8>(window_columns.data() + 8);
   I32x4 product{};
   I32x4 sum{};
   I32x4 square{};

@@ -1,14 +1,17 @@
 #include "fsw/vision/patch.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <cstring>
+
+#include "fsw/vision/cubic.hpp"
 
 namespace relnav::vision {
 namespace {
 
 constexpr int margin_half = window_half_px + 1;  // one more on each side for the gradient
 constexpr int margin_side = 2 * margin_half + 1;
-constexpr int fraction_bits = 8;
+constexpr int fraction_bits = cubic_fraction_bits;
 constexpr std::int32_t one = 1 << fraction_bits;
 constexpr int position_bits = 16;
 
@@ -26,19 +29,21 @@ Sample sample(const ReferencePatch& reference, std::int32_t u_q16, std::int32_t 
   const std::int32_t fv = v & (one - 1);
   const std::int32_t u0 = u >> fraction_bits;
   const std::int32_t v0 = v >> fraction_bits;
-  const std::int32_t u1 = fu == 0 ? u0 : u0 + 1;
-  const std::int32_t v1 = fv == 0 ? v0 : v0 + 1;
-  const auto level = [&reference](std::int32_t at_u, std::int32_t at_v) {
-    return static_cast<std::int32_t>(reference.levels[static_cast<std::size_t>(at_v * reference_side_px + at_u)]);
-  };
-  const std::int32_t p00 = level(u0, v0);
-  const std::int32_t p10 = level(u1, v0);
-  const std::int32_t p01 = level(u0, v1);
-  const std::int32_t p11 = level(u1, v1);
-  const std::int32_t value_q16 = (p00 * (one - fu) + p10 * fu) * (one - fv) + (p01 * (one - fu) + p11 * fu) * fv;
-  constexpr int shift = 2 * fraction_bits - 3;
-  return {static_cast<std::int16_t>((value_q16 + (1 << (shift - 1))) >> shift),
-          p00 >= saturated_level || p10 >= saturated_level || p01 >= saturated_level || p11 >= saturated_level};
+  const std::uint8_t* pixel = &reference.levels[static_cast<std::size_t>(v0 * reference_side_px + u0)];
+  if (fu == 0 && fv == 0) return {static_cast<std::int16_t>(*pixel * level_scale), *pixel >= saturated_level};
+  const std::array<std::int32_t, 4> wu = cubic_weights(fu);
+  const std::array<std::int32_t, 4> wv = cubic_weights(fv);
+  pixel -= reference_side_px + 1;
+  std::int32_t sum = 0;
+  for (std::size_t row = 0; row < 4; ++row) {
+    sum += ((pixel[0] * wu[0] + pixel[1] * wu[1]) + (pixel[2] * wu[2] + pixel[3] * wu[3])) * wv[row];
+    pixel += reference_side_px;
+  }
+  pixel -= 3 * reference_side_px;
+  const std::uint8_t brightest =
+      std::max(std::max(pixel[1], pixel[2]), std::max(pixel[reference_side_px + 1], pixel[reference_side_px + 2]));
+  constexpr int shift = 2 * cubic_weight_bits - 3;
+  return {static_cast<std::int16_t>((sum + (1 << (shift - 1))) >> shift), brightest >= saturated_level};
 }
 
 std::int32_t to_q16(double x) {
@@ -75,7 +80,7 @@ Status warp_patch(const ReferencePatch& reference, const Mat2& warp, const WarpL
   const double ib = -b / determinant;
   const double ic = -c / determinant;
   const double id = a / determinant;
-  constexpr double reach = static_cast<double>(reference_half_px) - 0.01;
+  constexpr double reach = static_cast<double>(reference_half_px) - 2.01;
   if (!((std::fabs(ia) + std::fabs(ib)) * margin_half <= reach && (std::fabs(ic) + std::fabs(id)) * margin_half <= reach)) {
     return Status::outside_domain;
   }

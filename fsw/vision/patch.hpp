@@ -13,7 +13,7 @@ inline constexpr int window_half_px = 6;                        ///< matching wi
 inline constexpr int window_side_px = 2 * window_half_px + 1;
 inline constexpr int window_stride = 16;                        ///< rows are padded with zeros to whole vectors
 inline constexpr int window_pixels = window_side_px * window_side_px;
-inline constexpr int reference_half_px = 15;                    ///< stored patch: 31 x 31, the border is for warping
+inline constexpr int reference_half_px = 17;                    ///< stored patch: 35 x 35, the border is for warping
 inline constexpr int reference_side_px = 2 * reference_half_px + 1;
 inline constexpr int level_scale = 8;                           ///< grey levels are kept in eighths (Q3)
 static_assert(window_side_px <= window_stride);
@@ -45,7 +45,7 @@ struct WarpLimits {
 /// Copies the patch about pixel (u, v). outside_domain: it does not lie wholly inside the image.
 [[nodiscard]] Status capture_patch(const ImageView& image, int u_px, int v_px, ReferencePatch& patch);
 
-/// Resamples the patch (bilinear, 8 fractional bits) with current offset = warp * reference offset.
+/// Resamples the patch (cubic convolution, 8 fractional bits) with current offset = warp * reference offset.
 /// outside_domain: the warp is beyond the limits or needs pixels beyond the stored border; not_finite.
 [[nodiscard]] Status warp_patch(const ReferencePatch& reference, const Mat2& warp, const WarpLimits& limits,
                                 WarpedPatch& patch);

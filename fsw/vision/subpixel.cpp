@@ -3,8 +3,10 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdlib>
 
 #include "fsw/vision/correlation.hpp"
+#include "fsw/vision/cubic.hpp"
 #include "fsw/vision/vector16.hpp"
 
 namespace relnav::vision {
@@ -13,10 +15,10 @@ namespace {
 constexpr int margin_px = 3;  // reach of the interpolation about the window moved by up to a pixel
 constexpr int around_side = window_side_px + 2 * margin_px;
 constexpr int around_stride = 24;
-constexpr int fraction_bits = 8;
+constexpr int fraction_bits = cubic_fraction_bits;
 constexpr int one = 1 << fraction_bits;
 
-using Around = std::array<std::int16_t, static_cast<std::size_t>(around_side * around_stride)>;
+using Around = std::array<std::int16_t, static_cast<std::size_t>(around_side * around_stride)>;  // rest of a row: zeros
 using Vec4 = std::array<double, 4>;
 
 /// Sum of the products of two windows.
@@ -37,22 +39,25 @@ void copy_around(const ImageView& image, int u_px, int v_px, Around& around) {
   }
 }
 
-/// Window moved by (du, dv) in 1/256 px, |.| < 2 px; bilinear, times mask (0 or -1).
+/// Window moved by (du, dv) in 1/256 px, |.| < 2 px; cubic, times mask (0 or -1).
 void interpolate(const Around& around, int du_q8, int dv_q8, const WindowArray& mask, WindowArray& window_q3) {
-  const int fu = du_q8 & (one - 1);
-  const int fv = dv_q8 & (one - 1);
-  const std::int16_t* from =
-      around.data() + (margin_px + (dv_q8 >> fraction_bits)) * around_stride + margin_px + (du_q8 >> fraction_bits);
-  constexpr int shift = 2 * fraction_bits - 3;
-  for (int row = 0; row < window_side_px; ++row) {
-    const std::int16_t* a = from + row * around_stride;
-    const std::int16_t* b = a + around_stride;
-    for (int column = 0; column < window_side_px; ++column) {
-      const int upper = a[column] * (one - fu) + a[column + 1] * fu;
-      const int lower = b[column] * (one - fu) + b[column + 1] * fu;
-      const int value = (upper * (one - fv) + lower * fv + (1 << (shift - 1))) >> shift;
-      const auto i = static_cast<std::size_t>(row * window_stride + column);
-      window_q3[i] = static_cast<std::int16_t>(value & mask[i]);
+  const std::array<std::int32_t, 4> wu = cubic_weights(du_q8 & (one - 1));
+  const std::array<std::int32_t, 4> wv = cubic_weights(dv_q8 & (one - 1));
+  const auto u0 = static_cast<std::size_t>(margin_px - 1 + (du_q8 >> fraction_bits));
+  const auto v0 = static_cast<std::size_t>(margin_px - 1 + (dv_q8 >> fraction_bits));
+  std::array<std::int16_t, around_stride> line_q3;
+  for (std::size_t row = 0; row < window_side_px; ++row) {
+    const std::int16_t* from = &around[(v0 + row) * around_stride];
+    for (std::size_t i = 0; i < around_stride; ++i) {
+      const std::int32_t sum = (from[i] * wv[0] + from[i + around_stride] * wv[1]) +
+                               (from[i + 2 * around_stride] * wv[2] + from[i + 3 * around_stride] * wv[3]);
+      line_q3[i] = static_cast<std::int16_t>((sum + 64) >> 7);
+    }
+    const std::int16_t* line = line_q3.data() + u0;
+    for (std::size_t i = 0; i < window_stride; ++i) {
+      const std::int32_t sum = (line[i] * wu[0] + line[i + 1] * wu[1]) + (line[i + 2] * wu[2] + line[i + 3] * wu[3]);
+      window_q3[row * window_stride + i] =
+          static_cast<std::int16_t>(((sum + 512) >> 10) & mask[row * window_stride + i]);
     }
   }
 }
@@ -171,7 +176,7 @@ Status refine(const WarpedPatch& patch, const ImageView& image, int u_px, int v_
               const SubpixelOptions& options, SubpixelResult& result) {
   result = SubpixelResult{};
   if (!image.contains(u_px, v_px, window_half_px)) return Status::outside_domain;
-  alignas(16) Around around;
+  alignas(16) Around around{};
   alignas(16) WindowArray mask{};
   copy_around(image, u_px, v_px, around);
   if (usable_pixels(patch, around, mask) < options.min_pixels) {

@@ -50,6 +50,14 @@ inline void store(Element* to, const Vector& v) {
 #endif
 }
 
+/// Lanes 0 to 7 (half 0) or 8 to 15 (half 1).
+[[nodiscard]] inline I16x8 widen(U8x16 v, int half) {
+  using Half = std::uint8_t __attribute__((vector_size(8)));
+  Half part;
+  std::memcpy(&part, reinterpret_cast<const char*>(&v) + 8 * half, sizeof part);
+  return __builtin_convertvector(part, I16x8);
+}
+
 /// Lane i: a[2i] b[2i] + a[2i+1] b[2i+1]. Never both pairs -32768 * -32768.
 [[nodiscard]] inline I32x4 multiply_add_pairs(I16x8 a, I16x8 b) {
 #if defined(__SSE2__)
