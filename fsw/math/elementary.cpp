@@ -49,7 +49,7 @@ constexpr double small_angle = 0x1p-27;  // x^2 / 6 < ulp / 2: sin x = x and cos
 
 /// Cody and Waite, Software Manual for the Elementary Functions, ch. 8, with four parts.
 /// pi/2 = three parts of 33 bits and the rest: n < 2^20 times a part is exact, and so is the difference to the first.
-/// No double below 2^20 lies nearer to a multiple of pi/2 than about 2^-58; the parts leave an error below 2^-130.
+/// No double below 2^20 lies nearer to a multiple of pi/2 than 2^-61; the parts leave an error below 2^-130.
 Reduced reduce(double x) {
   constexpr double part[4] = {0x1.921fb544p+0, 0x1.0b4611a6p-34, 0x1.3198a2ep-69, 0x1.b839a252049c1p-104};
   constexpr double two_over_pi = 0x1.45f306dc9c883p-1;
