@@ -13,7 +13,7 @@ enum class Edges : std::uint8_t { none, rising, falling, both };
 struct LineEdge {
   std::uint32_t offset = 0;  ///< line
   bool rising = false;
-  Time time;                 ///< when the level changed, by the driver, not when the edge was read
+  Time time;  ///< when the level changed, by the driver, not when the edge was read
   ClockId clock = ClockId::monotonic;
   std::uint32_t sequence = 0;  ///< counts the edges of this line since its request, from 1; a gap means edges were lost
 };

@@ -77,8 +77,8 @@ struct PacketHeader {
   std::uint8_t subtype = 0;
   std::uint16_t message_count = 0;
   std::uint16_t destination_id = 0;
-  std::uint32_t cuc_seconds = 0;    ///< TAI since 1958-01-01
-  std::uint16_t cuc_fraction = 0;   ///< 1/65536 s
+  std::uint32_t cuc_seconds = 0;   ///< TAI since 1958-01-01
+  std::uint16_t cuc_fraction = 0;  ///< 1/65536 s
 };
 
 /// Length of the packet that starts at bytes[0], by its primary header: for packets one after the other in a file.

@@ -91,7 +91,9 @@ struct Traits<EventPacket> {
 };
 
 template <typename Packet>
-inline constexpr bool has_entries = requires(const Packet& packet) { packet.entries; };
+inline constexpr bool has_entries = requires(const Packet& packet) {
+  packet.entries;
+};
 
 /// CUC 4+2: seconds and 1/65536 s of TAI since 1958, rounded down.
 struct Cuc {
@@ -227,7 +229,8 @@ Expected<OpenedPacket> open_packet(std::span<const std::uint8_t> bytes, const Pa
   if (opened.header.apid < config.apid_base || opened.header.apid >= config.apid_base + packet_count) {
     return Status::unsupported;
   }
-  const PacketDefinition& definition = packet_definitions[static_cast<std::size_t>(opened.header.apid - config.apid_base)];
+  const PacketDefinition& definition =
+      packet_definitions[static_cast<std::size_t>(opened.header.apid - config.apid_base)];
   if (opened.header.service != definition.service || opened.header.subtype < definition.subtype_first ||
       opened.header.subtype > definition.subtype_last) {
     return Status::unsupported;

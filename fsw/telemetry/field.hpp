@@ -102,15 +102,42 @@ template <typename Packet, typename Member>
 
 template <typename T>
 struct WireType;
-template <> struct WireType<std::uint8_t> { static constexpr FieldType type = FieldType::u8; };
-template <> struct WireType<std::uint16_t> { static constexpr FieldType type = FieldType::u16; };
-template <> struct WireType<std::uint32_t> { static constexpr FieldType type = FieldType::u32; };
-template <> struct WireType<std::uint64_t> { static constexpr FieldType type = FieldType::u64; };
-template <> struct WireType<std::int16_t> { static constexpr FieldType type = FieldType::i16; };
-template <> struct WireType<std::int32_t> { static constexpr FieldType type = FieldType::i32; };
-template <> struct WireType<std::int64_t> { static constexpr FieldType type = FieldType::i64; };
-template <> struct WireType<float> { static constexpr FieldType type = FieldType::f32; };
-template <> struct WireType<double> { static constexpr FieldType type = FieldType::f64; };
+template <>
+struct WireType<std::uint8_t> {
+  static constexpr FieldType type = FieldType::u8;
+};
+template <>
+struct WireType<std::uint16_t> {
+  static constexpr FieldType type = FieldType::u16;
+};
+template <>
+struct WireType<std::uint32_t> {
+  static constexpr FieldType type = FieldType::u32;
+};
+template <>
+struct WireType<std::uint64_t> {
+  static constexpr FieldType type = FieldType::u64;
+};
+template <>
+struct WireType<std::int16_t> {
+  static constexpr FieldType type = FieldType::i16;
+};
+template <>
+struct WireType<std::int32_t> {
+  static constexpr FieldType type = FieldType::i32;
+};
+template <>
+struct WireType<std::int64_t> {
+  static constexpr FieldType type = FieldType::i64;
+};
+template <>
+struct WireType<float> {
+  static constexpr FieldType type = FieldType::f32;
+};
+template <>
+struct WireType<double> {
+  static constexpr FieldType type = FieldType::f64;
+};
 
 template <typename T>
 struct WireShape {
@@ -125,14 +152,16 @@ struct WireShape<std::array<T, N>> {
 
 template <typename Packet, typename Member>
 [[nodiscard]] constexpr FieldDefinition definition_of(const Field<Packet, Member>& f) {
-  return {f.name, WireType<typename WireShape<Member>::Element>::type, WireShape<Member>::count, f.unit, f.description,
+  return {f.name,  WireType<typename WireShape<Member>::Element>::type, WireShape<Member>::count, f.unit, f.description,
           f.labels};
 }
 
 /// The fields of a tuple of Field as an array that needs no templates to be read.
 template <typename... Fields>
-[[nodiscard]] constexpr std::array<FieldDefinition, sizeof...(Fields)> definitions_of(const std::tuple<Fields...>& fields) {
-  return std::apply([](const auto&... f) { return std::array<FieldDefinition, sizeof...(f)>{definition_of(f)...}; }, fields);
+[[nodiscard]] constexpr std::array<FieldDefinition, sizeof...(Fields)> definitions_of(
+    const std::tuple<Fields...>& fields) {
+  return std::apply([](const auto&... f) { return std::array<FieldDefinition, sizeof...(f)>{definition_of(f)...}; },
+                    fields);
 }
 
 }  // namespace relnav::telemetry

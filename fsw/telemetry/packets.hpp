@@ -21,7 +21,13 @@ inline constexpr std::size_t packet_count = 4;
 inline constexpr std::size_t max_packet_bytes = 1400;
 inline constexpr std::size_t max_features_per_packet = 64;
 
-enum class Estimator : std::uint8_t { none = 0, mono_least_squares = 1, stereo_least_squares = 2, motor = 3, inverse_depth_ekf = 4 };
+enum class Estimator : std::uint8_t {
+  none = 0,
+  mono_least_squares = 1,
+  stereo_least_squares = 2,
+  motor = 3,
+  inverse_depth_ekf = 4
+};
 enum class FrameCode : std::uint8_t { camera_0 = 0, camera_1 = 1, target = 2, chaser_body = 3, inertial = 4 };
 
 /// Bits of RelStatePacket::valid_flags. A quantity whose bit is clear is filled with zeros (q_CT: identity).
@@ -114,14 +120,21 @@ struct EventPacket {
 namespace labels {
 
 inline constexpr std::array<Label, 4> mode_items{{{0, "STANDBY"}, {1, "ACQUIRE"}, {2, "TRACK"}, {3, "LOST"}}};
-inline constexpr std::array<Label, 5> estimator_items{{{0, "none"}, {1, "mono_least_squares"}, {2, "stereo_least_squares"},
-                                                       {3, "motor"}, {4, "inverse_depth_ekf"}}};
+inline constexpr std::array<Label, 5> estimator_items{
+    {{0, "none"}, {1, "mono_least_squares"}, {2, "stereo_least_squares"}, {3, "motor"}, {4, "inverse_depth_ekf"}}};
 inline constexpr std::array<Label, 5> frame_items{{{0, "C0"}, {1, "C1"}, {2, "T"}, {3, "B"}, {4, "I"}}};
-inline constexpr std::array<Label, 6> use_items{{{0, "not_expected"}, {1, "not_found"}, {2, "rejected"},
-                                                 {3, "low_innovation"}, {4, "high_innovation"}, {5, "added"}}};
-inline constexpr std::array<Label, 6> valid_items{{{valid::pose, "pose"}, {valid::pose_covariance, "pose_covariance"},
-                                                   {valid::velocity, "velocity"}, {valid::rate, "rate"},
-                                                   {valid::rate_covariance, "rate_covariance"}, {valid::scale, "scale"}}};
+inline constexpr std::array<Label, 6> use_items{{{0, "not_expected"},
+                                                 {1, "not_found"},
+                                                 {2, "rejected"},
+                                                 {3, "low_innovation"},
+                                                 {4, "high_innovation"},
+                                                 {5, "added"}}};
+inline constexpr std::array<Label, 6> valid_items{{{valid::pose, "pose"},
+                                                   {valid::pose_covariance, "pose_covariance"},
+                                                   {valid::velocity, "velocity"},
+                                                   {valid::rate, "rate"},
+                                                   {valid::rate_covariance, "rate_covariance"},
+                                                   {valid::scale, "scale"}}};
 inline constexpr std::array<Label, 3> health_items{{{health::camera_streaming, "camera_streaming"},
                                                     {health::filter_running, "filter_running"},
                                                     {health::arithmetic_overflow, "arithmetic_overflow"}}};
@@ -158,18 +171,23 @@ inline constexpr auto rel_state_fields = std::tuple{
     field(&RelStatePacket::frame_sequence, "frame_sequence", "", "Sequence number of the frame, from the camera"),
     field(&RelStatePacket::camera, "camera", "", "Camera whose frame it is"),
     field(&RelStatePacket::mode, "mode", "", "Mode of the flight loop after the frame", labels::mode),
-    field(&RelStatePacket::valid_flags, "valid_flags", "", "Which of the quantities below are meant", labels::valid_flags),
+    field(&RelStatePacket::valid_flags, "valid_flags", "", "Which of the quantities below are meant",
+          labels::valid_flags),
     field(&RelStatePacket::quality, "quality", "%", "Inliers of the features searched for, 0 to 100"),
-    field(&RelStatePacket::reset_counter, "reset_counter", "", "Goes up by one each time the estimate jumps because the filter started anew"),
+    field(&RelStatePacket::reset_counter, "reset_counter", "",
+          "Goes up by one each time the estimate jumps because the filter started anew"),
     field(&RelStatePacket::estimator, "estimator", "", "What made the estimate", labels::estimator),
     field(&RelStatePacket::parent_frame, "parent_frame", "", "Frame C: vectors are expressed in it", labels::frame),
     field(&RelStatePacket::child_frame, "child_frame", "", "Frame T: the one whose pose is given", labels::frame),
     field(&RelStatePacket::t_CT, "t_CT", "m", "Origin of T in C; x, y, z"),
-    field(&RelStatePacket::q_CT, "q_CT", "", "Hamilton unit quaternion of R_CT (p_C = R_CT p_T + t_CT); x, y, z, w with w >= 0"),
+    field(&RelStatePacket::q_CT, "q_CT", "",
+          "Hamilton unit quaternion of R_CT (p_C = R_CT p_T + t_CT); x, y, z, w with w >= 0"),
     field(&RelStatePacket::v_C, "v_C", "m/s", "Time derivative of t_CT"),
     field(&RelStatePacket::omega_C, "omega_C", "rad/s", "Angular rate of T relative to C, expressed in C"),
-    field(&RelStatePacket::pose_covariance, "pose_covariance", "m2, m rad, rad2", "Of [dt dphi], row-major upper triangle"),
-    field(&RelStatePacket::rate_covariance, "rate_covariance", "m2/s2, m rad/s2, rad2/s2", "Of [dv domega], row-major upper triangle")};
+    field(&RelStatePacket::pose_covariance, "pose_covariance", "m2, m rad, rad2",
+          "Of [dt dphi], row-major upper triangle"),
+    field(&RelStatePacket::rate_covariance, "rate_covariance", "m2/s2, m rad/s2, rad2/s2",
+          "Of [dv domega], row-major upper triangle")};
 
 inline constexpr auto features_fields = std::tuple{
     field(&FeaturesPacket::time_ns, "time_ns", "ns", "Mid-exposure of the frame"),
@@ -183,7 +201,8 @@ inline constexpr auto feature_entry_fields = std::tuple{
     field(&FeatureEntry::generation, "generation", "", "Use of the slot: another number is another feature"),
     field(&FeatureEntry::u_px_256, "u_px_256", "px/256", "Measured u, or predicted u when there is no measurement"),
     field(&FeatureEntry::v_px_256, "v_px_256", "px/256", "Measured v, or predicted v when there is no measurement"),
-    field(&FeatureEntry::residual_px, "residual_px", "px", "Distance from predicted to measured; 0 when there is no measurement"),
+    field(&FeatureEntry::residual_px, "residual_px", "px",
+          "Distance from predicted to measured; 0 when there is no measurement"),
     field(&FeatureEntry::use, "use", "", "What became of the feature in the frame", labels::use)};
 
 inline constexpr auto health_fields = std::tuple{
@@ -203,15 +222,18 @@ inline constexpr auto health_fields = std::tuple{
     field(&HealthPacket::refused_updates, "refused_updates", "", "Updates the filter refused since start"),
     field(&HealthPacket::covariance_repairs, "covariance_repairs", "", "Covariances repaired since start"),
     field(&HealthPacket::reset_counter, "reset_counter", "", "As in REL_STATE"),
-    field(&HealthPacket::test_ratio, "test_ratio", "", "Normalised innovation squared over its 99 % bound, latest update"),
+    field(&HealthPacket::test_ratio, "test_ratio", "",
+          "Normalised innovation squared over its 99 % bound, latest update"),
     field(&HealthPacket::telemetry_dropped, "telemetry_dropped", "", "Packets the link did not take since start"),
     field(&HealthPacket::event_count, "event_count", "", "Events since start, reported or not"),
-    field(&HealthPacket::events_suppressed, "events_suppressed", "", "Events not reported one by one since start (rate limit)")};
+    field(&HealthPacket::events_suppressed, "events_suppressed", "",
+          "Events not reported one by one since start (rate limit)")};
 
 inline constexpr auto event_fields = std::tuple{
     field(&EventPacket::event_id, "event_id", "", "What happened", labels::event),
     field(&EventPacket::occurrence, "occurrence", "", "How often since start, this time included"),
-    field(&EventPacket::suppressed, "suppressed", "", "Of these, not reported since the previous report of the same event"),
+    field(&EventPacket::suppressed, "suppressed", "",
+          "Of these, not reported since the previous report of the same event"),
     field(&EventPacket::status, "status", "", "Why, as a status code", labels::status),
     field(&EventPacket::time_ns, "time_ns", "ns", "Mid-exposure of the frame concerned, or of the latest frame"),
     field(&EventPacket::frame_sequence, "frame_sequence", "", "Sequence number of that frame"),
@@ -227,11 +249,11 @@ inline constexpr auto event_field_definitions = definitions_of(event_fields);
 struct PacketDefinition {
   PacketId id;
   const char* name;
-  std::uint16_t apid_offset;    ///< from the configured base
-  std::uint8_t service;         ///< PUS service type
-  std::uint8_t subtype_first;   ///< PUS message subtypes; events have one a severity
+  std::uint16_t apid_offset;   ///< from the configured base
+  std::uint8_t service;        ///< PUS service type
+  std::uint8_t subtype_first;  ///< PUS message subtypes; events have one a severity
   std::uint8_t subtype_last;
-  std::uint16_t structure_id;   ///< PUS structure id, a u16 in front of the body; 0: none
+  std::uint16_t structure_id;  ///< PUS structure id, a u16 in front of the body; 0: none
   const char* rate;
   std::span<const FieldDefinition> fields;
   std::span<const FieldDefinition> entry_fields;

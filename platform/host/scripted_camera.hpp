@@ -15,9 +15,9 @@ struct CameraCall {
   enum class Kind : std::uint8_t { start, acquire, release, stop };
   Kind kind = Kind::start;
   Status answer = Status::ok;
-  Duration wait{};            ///< acquire
-  std::uint32_t sequence = 0; ///< acquire (ok) and release
-  std::uint32_t lease = 0;    ///< acquire (ok) and release
+  Duration wait{};             ///< acquire
+  std::uint32_t sequence = 0;  ///< acquire (ok) and release
+  std::uint32_t lease = 0;     ///< acquire (ok) and release
 };
 
 /// Camera that answers by script: frames, statuses and delays, in the order pushed. Pixels stay the test's: keep them alive until
@@ -31,8 +31,8 @@ class ScriptedCamera final : public hal::Camera {
   /// `lease` of the frame is set when it is handed out.
   Status push_frame(const hal::Frame& frame);
   /// Frame of 8-bit pixels without gaps between rows, with all three stamps equal.
-  Status push_frame(std::span<const std::uint8_t> pixels, std::uint32_t width_px, std::uint32_t height_px, Time mid_exposure,
-                    std::uint32_t sequence);
+  Status push_frame(std::span<const std::uint8_t> pixels, std::uint32_t width_px, std::uint32_t height_px,
+                    Time mid_exposure, std::uint32_t sequence);
   /// The next acquire() answers `status` (not ok). device_lost also ends streaming until start().
   Status push_status(Status status);
   /// What follows comes this much later: an acquire() with a shorter wait times out and uses up its part of the delay.

@@ -81,7 +81,8 @@ Status ScriptedGpioLines::wait_edge(Duration wait, hal::LineEdge& edge) {
     edge = unread_.front();
     unread_.erase(unread_.begin());
   }
-  return record(GpioCall::Kind::wait_edge, status, status == Status::ok ? edge.offset : 0U, status == Status::ok && edge.rising);
+  return record(GpioCall::Kind::wait_edge, status, status == Status::ok ? edge.offset : 0U,
+                status == Status::ok && edge.rising);
 }
 
 Status ScriptedGpioLines::drive(std::uint32_t offset, bool level, Time time) {

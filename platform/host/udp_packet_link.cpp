@@ -27,7 +27,8 @@ Status UdpPacketLink::open(const char* host, std::uint16_t port) {
   std::snprintf(service, sizeof(service), "%u", static_cast<unsigned>(port));
   addrinfo* found = nullptr;
   if (port == 0 || ::getaddrinfo(host, service, &hints, &found) != 0) return Status::invalid_argument;
-  const addrinfo* chosen = found;  // IPv4 if there is one: a name such as localhost has both, and ground tools listen on IPv4
+  const addrinfo* chosen =
+      found;  // IPv4 if there is one: a name such as localhost has both, and ground tools listen on IPv4
   for (const addrinfo* candidate = found; candidate != nullptr; candidate = candidate->ai_next) {
     if (candidate->ai_family == AF_INET) {
       chosen = candidate;

@@ -13,7 +13,8 @@ TEST_GROUP(Generator){};
 // The author's reference output (pcg32-demo, seed 42, stream 54, round 1).
 TEST(Generator, GoldenSequenceOfTheAuthor) {
   Generator generator(42, 54);
-  const std::array<std::uint32_t, 6> expected{0xa15c02b7U, 0x7b47f409U, 0xba1d3330U, 0x83d2f293U, 0xbfa4784bU, 0xcbed606eU};
+  const std::array<std::uint32_t, 6> expected{0xa15c02b7U, 0x7b47f409U, 0xba1d3330U,
+                                              0x83d2f293U, 0xbfa4784bU, 0xcbed606eU};
   for (const std::uint32_t value : expected) UNSIGNED_LONGS_EQUAL(value, generator.next());
 }
 

@@ -11,9 +11,7 @@ using relnav::SlotHandle;
 using relnav::SlotPool;
 using relnav::Status;
 
-TEST_GROUP(SlotPool) {
-  SlotPool<3> pool;
-};
+TEST_GROUP(SlotPool) { SlotPool<3> pool; };
 
 TEST(SlotPool, GivesTheLowestFreeSlot) {
   LONGS_EQUAL(0, pool.acquire().value().index);
