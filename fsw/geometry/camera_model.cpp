@@ -212,6 +212,7 @@ Status CameraModel::project(const Vec3& p_C, Vec2& uv_px) const {
 }
 
 Status CameraModel::project(const Vec3& p_C, Vec2& uv_px, Mat23& J_uv_p) const {
+  if (!(intrinsics_.fu > 0.0)) return Status::not_configured;
   const double x = p_C.x();
   const double y = p_C.y();
   const double z = p_C.z();
@@ -276,6 +277,7 @@ Status CameraModel::unproject(const Vec2& uv_px, Vec3& ray_C) const {
 
 Status CameraModel::unproject(const Vec2& uv_px, Vec3& ray_C, Mat<3, 2>& J_ray_uv) const {
   const CameraIntrinsics& k = intrinsics_;
+  if (!(k.fu > 0.0)) return Status::not_configured;
   const Vec2 d((uv_px.x() - k.cu) / k.fu, (uv_px.y() - k.cv) / k.fv);
   if (!(std::isfinite(d.x()) && std::isfinite(d.y()))) return Status::not_finite;
   Vec3 ray = Vec3::UnitZ();

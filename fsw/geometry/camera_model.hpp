@@ -39,20 +39,23 @@ struct CameraIntrinsics {
 /// beyond give Status::outside_domain.
 class CameraModel {
  public:
+  /// No camera yet: project() and unproject() give Status::not_configured.
+  CameraModel() = default;
+
   /// invalid_argument: non-finite value, non-positive focal length, size outside 1 .. 65536, unknown model.
   [[nodiscard]] static Expected<CameraModel> create(const CameraIntrinsics& intrinsics);
 
   [[nodiscard]] const CameraIntrinsics& intrinsics() const { return intrinsics_; }
 
   /// p_C in any unit of length (only its direction matters). The pixel may lie outside the image: see in_image().
-  /// not_finite; behind_camera: z <= 1e-6 max(|x|, |y|) or z <= 1e-100 (equidistant: z <= 0 and outside the domain, or
-  /// |p_C| <= 1e-100); outside_domain; no_convergence. On an error the outputs are untouched.
+  /// not_configured; not_finite; behind_camera: z <= 1e-6 max(|x|, |y|) or z <= 1e-100 (equidistant: z <= 0 and outside
+  /// the domain, or |p_C| <= 1e-100); outside_domain; no_convergence. On an error the outputs are untouched.
   Status project(const Vec3& p_C, Vec2& uv_px) const;
   /// Also J_uv_p = d uv_px / d p_C, pixels per unit of p_C.
   Status project(const Vec3& p_C, Vec2& uv_px, Mat23& J_uv_p) const;
 
   /// Viewing ray of a pixel in C: with z = 1, except equidistant: of unit length, as it may lie beyond 90 deg.
-  /// not_finite; outside_domain; no_convergence. On an error the outputs are untouched.
+  /// not_configured; not_finite; outside_domain; no_convergence. On an error the outputs are untouched.
   Status unproject(const Vec2& uv_px, Vec3& ray_C) const;
   /// Also J_ray_uv = d ray_C / d uv_px.
   Status unproject(const Vec2& uv_px, Vec3& ray_C, Mat<3, 2>& J_ray_uv) const;
@@ -67,9 +70,6 @@ class CameraModel {
   [[nodiscard]] double domain_limit() const { return domain_limit_; }
 
  private:
-  friend class Expected<CameraModel>;
-  CameraModel() = default;
-
   CameraIntrinsics intrinsics_;
   double domain_limit_ = 0.0;
   double range_limit_ = 0.0;  // value of the radial polynomial at domain_limit_

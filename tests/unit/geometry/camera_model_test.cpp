@@ -423,6 +423,13 @@ TEST(CameraModel, create_refuses_what_is_not_a_camera) {
   CHECK(refused([](auto& k) { k.model = static_cast<DistortionModel>(9); }));
 }
 
+TEST(CameraModel, without_calibration_there_is_no_answer) {
+  const CameraModel camera;
+  CHECK(project(camera, Vec3(0.0, 0.0, 1.0)) == Status::not_configured);
+  CHECK(unproject(camera, Vec2(0.0, 0.0)) == Status::not_configured);
+  CHECK_FALSE(camera.covers_image());
+}
+
 TEST(CameraModel, image_reaches_half_a_pixel_beyond_the_outer_centres) {
   const CameraModel camera = made(intrinsics(DistortionModel::none, {}));
   CHECK(camera.in_image(Vec2(-0.5, -0.5)));
