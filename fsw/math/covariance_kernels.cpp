@@ -354,7 +354,8 @@ void mirror_lower(MatrixView P) {
   }
 }
 
-void predict_motion(MatrixView P, const Mat<motion_states, motion_states>& F, const Mat<motion_states, motion_states>& Q) {
+void predict_motion(MatrixView P, const Mat<motion_states, motion_states>& F,
+                    const Mat<motion_states, motion_states>& Q) {
   const int n = P.rows;
   RELNAV_ASSERT(P.cols == n && n >= motion_states);
   map_diagonal_block<motion_states>(P, 0, F);

@@ -80,7 +80,7 @@ void innovation_covariance(std::span<const SparseRowPair> rows, ConstMatrixView 
                            MatrixView S);
 
 /// S = L L' in place, from and to the lower triangle; the strict upper triangle is neither read nor written.
-/// not_positive_definite: a pivot <= 0, NaN or infinite; S is then partly overwritten. Golub & Van Loan, 4th ed., 4.2.5.
+/// not_positive_definite: a pivot <= 0, NaN or infinite; S is then partly overwritten. Golub & Van Loan, 4th ed., sec. 4.2.
 Status cholesky_lower(MatrixView S);
 
 /// B := B L^-T, (n x m)(m x m), in place. L: lower triangle, positive diagonal.
@@ -99,7 +99,8 @@ void downdate_symmetric(MatrixView P, ConstMatrixView B);
 void mirror_lower(MatrixView P);
 
 /// Motion block: P11 := F P11 F' + Q (symmetrised), P12 := F P12, P21 := P12'. Other elements are left alone.
-void predict_motion(MatrixView P, const Mat<motion_states, motion_states>& F, const Mat<motion_states, motion_states>& Q);
+void predict_motion(MatrixView P, const Mat<motion_states, motion_states>& F,
+                    const Mat<motion_states, motion_states>& Q);
 
 /// Change of three coordinates x_b := J x_b, b = offset..offset+2: the block becomes J P_bb J' (symmetrised), cross terms J P_bx.
 void transform_block(MatrixView P, int offset, const Mat3& J);

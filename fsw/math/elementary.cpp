@@ -20,7 +20,9 @@ struct Sum {
 constexpr Sum pi = {0x1.921fb54442d18p+1, 0x1.1a62633145c07p-53};
 constexpr Sum half_pi = {0x1.921fb54442d18p+0, 0x1.1a62633145c07p-54};
 
-constexpr double magnitude(double x) { return std::bit_cast<double>(std::bit_cast<std::uint64_t>(x) & 0x7FFFFFFFFFFFFFFFULL); }
+constexpr double magnitude(double x) {
+  return std::bit_cast<double>(std::bit_cast<std::uint64_t>(x) & 0x7FFFFFFFFFFFFFFFULL);
+}
 constexpr bool is_negative(double x) { return (std::bit_cast<std::uint64_t>(x) >> 63U) != 0; }
 constexpr double with_sign(double positive, bool negative) { return negative ? -positive : positive; }
 constexpr bool is_nan(double x) { return !(x <= 0.0) && !(x > 0.0); }
@@ -47,7 +49,7 @@ struct Reduced {
 
 constexpr double small_angle = 0x1p-27;  // x^2 / 6 < ulp / 2: sin x = x and cos x = 1
 
-/// Cody and Waite, Software Manual for the Elementary Functions, ch. 8, with four parts.
+/// Cody and Waite, Software Manual for the Elementary Functions (1980), with four parts.
 /// pi/2 = three parts of 33 bits and the rest: n < 2^20 times a part is exact, and so is the difference to the first.
 /// No double below 2^20 lies nearer to a multiple of pi/2 than 2^-61; the parts leave an error below 2^-130.
 Reduced reduce(double x) {
@@ -73,8 +75,8 @@ Reduced reduce(double x) {
 
 /// sin(head + tail) as the sum of two, |head| <= pi/4 (and a little). Taylor to x^17; the next term is below 1e-19.
 Sum sin_kernel(double head, double tail) {
-  constexpr double c[] = {-1.0 / 6.0,          1.0 / 120.0,           -1.0 / 5040.0,           1.0 / 362880.0,
-                          -1.0 / 39916800.0,   1.0 / 6227020800.0,    -1.0 / 1307674368000.0,  1.0 / 355687428096000.0};
+  constexpr double c[] = {-1.0 / 6.0,        1.0 / 120.0,        -1.0 / 5040.0,          1.0 / 362880.0,
+                          -1.0 / 39916800.0, 1.0 / 6227020800.0, -1.0 / 1307674368000.0, 1.0 / 355687428096000.0};
   if (magnitude(head) < small_angle) return {head, -0.0};  // -0 - 0 = -0
   const double z = head * head;
   return {head, head * (z * polynomial(c, z)) + tail * (1.0 - 0.5 * z)};
@@ -82,8 +84,8 @@ Sum sin_kernel(double head, double tail) {
 
 /// cos(head + tail) as the sum of two. Taylor to x^16; the rounding error of 1 - x^2/2 is added back.
 Sum cos_kernel(double head, double tail) {
-  constexpr double c[] = {1.0 / 24.0,           -1.0 / 720.0,          1.0 / 40320.0,         -1.0 / 3628800.0,
-                          1.0 / 479001600.0,    -1.0 / 87178291200.0,  1.0 / 20922789888000.0};
+  constexpr double c[] = {1.0 / 24.0,        -1.0 / 720.0,         1.0 / 40320.0,         -1.0 / 3628800.0,
+                          1.0 / 479001600.0, -1.0 / 87178291200.0, 1.0 / 20922789888000.0};
   const double z = head * head;
   const double half = 0.5 * z;
   const double top = 1.0 - half;
@@ -94,17 +96,17 @@ Sum cos_kernel(double head, double tail) {
 
 /// (1 - atan(t) / t) / t^2 in z = t^2 on [0, 0.162]: interpolated at Chebyshev nodes; relative error of atan 2.6e-18.
 double atan_series(double z) {
-  constexpr double c[] = {0x1.5555555555555p-2,  -0x1.99999999995e4p-3, 0x1.2492492458e13p-3,  -0x1.c71c719babbd6p-4,
-                          0x1.745d0ed0fcf5ep-4,  -0x1.3b12ba5767ae9p-4, 0x1.10ff67f17703p-4,   -0x1.e03e813b3bc5ap-5,
-                          0x1.a27461a5eb784p-5,  -0x1.46e5ba7ed6e1ap-5, 0x1.4815de3320503p-6};
+  constexpr double c[] = {0x1.5555555555555p-2, -0x1.99999999995e4p-3, 0x1.2492492458e13p-3, -0x1.c71c719babbd6p-4,
+                          0x1.745d0ed0fcf5ep-4, -0x1.3b12ba5767ae9p-4, 0x1.10ff67f17703p-4,  -0x1.e03e813b3bc5ap-5,
+                          0x1.a27461a5eb784p-5, -0x1.46e5ba7ed6e1ap-5, 0x1.4815de3320503p-6};
   return z * polynomial(c, z);
 }
 
 /// (asin(t) / t - 1) in z = t^2 on [0, 0.25]: interpolated at Chebyshev nodes; relative error of asin 5.4e-18.
 double asin_series(double z) {
-  constexpr double c[] = {0x1.5555555555556p-3, 0x1.3333333332ecap-4, 0x1.6db6db6e31f13p-5,  0x1.f1c71c1db0623p-6,
-                          0x1.6e8bb1c8209a2p-6, 0x1.1c4d35cf95421p-6, 0x1.c9cf07674736ap-7,  0x1.782651caa6547p-7,
-                          0x1.52420b04b37bep-7, 0x1.65a9c4dfcf8b2p-8, 0x1.1d189408314eep-6,  -0x1.e6aaa8a0a04ccp-7,
+  constexpr double c[] = {0x1.5555555555556p-3, 0x1.3333333332ecap-4, 0x1.6db6db6e31f13p-5, 0x1.f1c71c1db0623p-6,
+                          0x1.6e8bb1c8209a2p-6, 0x1.1c4d35cf95421p-6, 0x1.c9cf07674736ap-7, 0x1.782651caa6547p-7,
+                          0x1.52420b04b37bep-7, 0x1.65a9c4dfcf8b2p-8, 0x1.1d189408314eep-6, -0x1.e6aaa8a0a04ccp-7,
                           0x1.d72b2bc8155f8p-6};
   return z * polynomial(c, z);
 }
@@ -182,7 +184,7 @@ double tan(double x) {
     above = below;
     below = {-s.head, -s.tail};
   }
-  // What rounding took from numerator and denominator corrects the quotient to first order: 1.1 ulp instead of 2.2.
+  // What rounding took from numerator and denominator corrects the quotient to first order: 1.4 ulp instead of 2.2.
   const double a = above.head + above.tail;
   const double b = below.head + below.tail;
   const double quotient = a / b;
@@ -241,9 +243,9 @@ double acos(double x) {
 
 /// exp x = 2^k exp r, |r| <= ln 2 / 2; Taylor to r^13, the next term is below 5e-18.
 double exp(double x) {
-  constexpr double c[] = {1.0 / 2.0,       1.0 / 6.0,         1.0 / 24.0,         1.0 / 120.0,
-                          1.0 / 720.0,     1.0 / 5040.0,      1.0 / 40320.0,      1.0 / 362880.0,
-                          1.0 / 3628800.0, 1.0 / 39916800.0,  1.0 / 479001600.0,  1.0 / 6227020800.0};
+  constexpr double c[] = {1.0 / 2.0,       1.0 / 6.0,        1.0 / 24.0,        1.0 / 120.0,
+                          1.0 / 720.0,     1.0 / 5040.0,     1.0 / 40320.0,     1.0 / 362880.0,
+                          1.0 / 3628800.0, 1.0 / 39916800.0, 1.0 / 479001600.0, 1.0 / 6227020800.0};
   constexpr double inverse_ln2 = 0x1.71547652b82fep+0;
   constexpr Sum ln2 = {0x1.62e42fefa38p-1, 0x1.ef35793c7673p-45};  // head of 42 bits: k head is exact
   if (is_nan(x)) return nan;

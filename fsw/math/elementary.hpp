@@ -5,7 +5,7 @@ namespace relnav::math {
 // Elementary functions with the same bits on every target: only + - * / sqrt, in a fixed order, on binary64.
 // Errors are the maxima measured by tests/unit/math/elementary_test.cpp, in units of the last place of the result.
 // NaN gives NaN, a signed zero keeps its sign where the function is odd. No tables, no state; errno is not used.
-// Method: Muller, Elementary Functions, 3rd ed. (range reduction ch. 11, polynomial evaluation ch. 3-5).
+// Method: Muller, Elementary Functions, 3rd ed..
 
 /// Largest |angle| the circular functions accept, rad (2^20). Beyond it, and for infinities, they return NaN:
 /// an angle of 160 000 turns is a bug, not a measurement.

@@ -114,7 +114,8 @@ int main(int argc, char** argv) {
     }
     c.update->result(results.emplace_back(element_count).data());
     double difference = 0.0;
-    for (std::size_t i = 0; i < element_count; ++i) difference = std::max(difference, std::abs(results.back()[i] - results[0][i]));
+    for (std::size_t i = 0; i < element_count; ++i)
+      difference = std::max(difference, std::abs(results.back()[i] - results[0][i]));
     std::printf("%s: largest difference to kernels_sse2 %.2g\n", c.name, difference);
     if (!(difference < 1e-10)) return 1;
   }
@@ -123,7 +124,8 @@ int main(int argc, char** argv) {
     return 1;
   }
   compare(all, 400);
-  for (const Contender& c : all) benchmark::RegisterBenchmark(c.name, [u = c.update](benchmark::State& s) { run(s, u); });
+  for (const Contender& c : all)
+    benchmark::RegisterBenchmark(c.name, [u = c.update](benchmark::State& s) { run(s, u); });
   benchmark::Initialize(&argc, argv);
   benchmark::RunSpecifiedBenchmarks();
   benchmark::Shutdown();

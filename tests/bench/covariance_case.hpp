@@ -13,7 +13,7 @@ inline constexpr int motion = 12;
 inline constexpr int feature = 6;
 
 struct Case {
-  double P[states * states];  // column-major, symmetric
+  double P[states * states];                    // column-major, symmetric
   double motion_coefficients[rows * motion];    // row-major; columns 6..11 are zero, as in the filter
   double feature_coefficients[rows * feature];  // row-major
   int feature_offset[pairs];

@@ -37,8 +37,8 @@ bool part(int which) {
       // Only the six columns that the rows use: the same saving as ours.
       w->PHt.noalias() = w->P.leftCols<6>() * w->motion.leftCols<6>().transpose();
       for (int i = 0; i < b::pairs; ++i) {
-        w->PHt.middleCols<2>(2 * i).noalias() +=
-            w->P.middleCols<b::feature>(w->source->feature_offset[i]).lazyProduct(w->feature.middleRows<2>(2 * i).transpose());
+        w->PHt.middleCols<2>(2 * i).noalias() += w->P.middleCols<b::feature>(w->source->feature_offset[i])
+                                                     .lazyProduct(w->feature.middleRows<2>(2 * i).transpose());
       }
       return true;
     case b::s:

@@ -55,7 +55,9 @@ class Padded {
   }
   bool equals(Padded& other) {
     for (int c = 0; c < cols_; ++c) {
-      if (rows_ > 0 && std::memcmp(view().col(c), other.view().col(c), sizeof(double) * static_cast<std::size_t>(rows_)) != 0) return false;
+      if (rows_ > 0 &&
+          std::memcmp(view().col(c), other.view().col(c), sizeof(double) * static_cast<std::size_t>(rows_)) != 0)
+        return false;
     }
     return true;
   }
@@ -75,7 +77,8 @@ void fill_covariance(Padded& P, int n, Generator& generator, double floor = 1.0)
   for (int c = 0; c < n; ++c) {
     for (int r = c; r < n; ++r) {
       double sum = r == c ? floor : 0.0;
-      for (int k = 0; k < rank; ++k) sum += a[static_cast<std::size_t>(r * rank + k)] * a[static_cast<std::size_t>(c * rank + k)];
+      for (int k = 0; k < rank; ++k)
+        sum += a[static_cast<std::size_t>(r * rank + k)] * a[static_cast<std::size_t>(c * rank + k)];
       P(r, c) = sum;
       P(c, r) = sum;
     }
@@ -91,7 +94,8 @@ void fill(Padded& M, int rows, int cols, Generator& generator) {
 /// Lower triangular with a positive diagonal; the strict upper triangle holds NaN, which nothing may read.
 void fill_triangle(Padded& L, int m, Generator& generator) {
   for (int c = 0; c < m; ++c) {
-    for (int r = 0; r < m; ++r) L(r, c) = r < c ? quiet_nan : r == c ? 1.0 + generator.uniform() : 0.3 * draw(generator);
+    for (int r = 0; r < m; ++r)
+      L(r, c) = r < c ? quiet_nan : r == c ? 1.0 + generator.uniform() : 0.3 * draw(generator);
   }
 }
 
@@ -126,7 +130,9 @@ MatrixXd dense(const std::vector<SparseRowPair>& rows, int n) {
 
 double difference(const MatrixXd& a, const MatrixXd& b) { return a.size() == 0 ? 0.0 : (a - b).cwiseAbs().maxCoeff(); }
 
-std::string describe(int n, int m) { return "seed " + std::to_string(seed) + " n " + std::to_string(n) + " m " + std::to_string(m); }
+std::string describe(int n, int m) {
+  return "seed " + std::to_string(seed) + " n " + std::to_string(n) + " m " + std::to_string(m);
+}
 
 // The same sums in the same order, in the plainest form.
 void plain_cholesky(MatrixView S) {
@@ -177,7 +183,7 @@ constexpr int pair_counts[] = {0, 1, 2, 3, 5, 8, 30};
 
 }  // namespace
 
-TEST_GROUP(CovarianceKernels) {};
+TEST_GROUP(CovarianceKernels){};
 
 TEST(CovarianceKernels, leading_dimension_is_padded_and_no_power_of_two) {
   LONGS_EQUAL(24, (MatrixStorage<12, 12>::leading_dimension));
@@ -259,7 +265,8 @@ TEST(CovarianceKernels, cholesky_agrees_with_eigen_and_bitwise_with_the_plain_lo
     CHECK_TEXT(cholesky_lower(S.view()) == Status::ok, describe(0, m).c_str());
     plain_cholesky(reference.view());
     for (int c = 0; c < m; ++c) {
-      for (int r = 0; r < m; ++r) CHECK_TEXT(r < c ? std::isnan(S(r, c)) : test::same_bits(S(r, c), reference(r, c)), describe(0, m).c_str());
+      for (int r = 0; r < m; ++r)
+        CHECK_TEXT(r < c ? std::isnan(S(r, c)) : test::same_bits(S(r, c), reference(r, c)), describe(0, m).c_str());
     }
     CHECK(S.padding_untouched());
     if (m > 0) {
@@ -271,7 +278,8 @@ TEST(CovarianceKernels, cholesky_agrees_with_eigen_and_bitwise_with_the_plain_lo
 }
 
 TEST(CovarianceKernels, cholesky_refuses_pivots_that_are_not_positive) {
-  const double bad[] = {0.0, -0.0, -1.0, quiet_nan, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
+  const double bad[] = {
+      0.0, -0.0, -1.0, quiet_nan, std::numeric_limits<double>::infinity(), -std::numeric_limits<double>::infinity()};
   for (const int m : {1, 2, 4, 5, 60}) {
     for (int at = 0; at < m; ++at) {
       for (const double value : bad) {
@@ -332,11 +340,13 @@ TEST(CovarianceKernels, vector_solve_and_state_increment) {
     const std::span<double> x(solved.data(), static_cast<std::size_t>(m));
     solve_lower(L.view(), x);
     const MatrixXd lower = L.matrix().triangularView<Eigen::Lower>();
-    CHECK_TEXT(difference(lower * solved, y) < 1e-12 * std::max(1.0, solved.size() == 0 ? 0.0 : solved.cwiseAbs().maxCoeff()),
-               describe(n, m).c_str());
+    CHECK_TEXT(
+        difference(lower * solved, y) < 1e-12 * std::max(1.0, solved.size() == 0 ? 0.0 : solved.cwiseAbs().maxCoeff()),
+        describe(n, m).c_str());
     Eigen::VectorXd dx = Eigen::VectorXd::Constant(n, quiet_nan);
     state_increment(B.view(), x, std::span<double>(dx.data(), n));
-    CHECK_TEXT(difference(dx, B.matrix() * solved) < 1e-10 * std::max(1.0, dx.cwiseAbs().maxCoeff()), describe(n, m).c_str());
+    CHECK_TEXT(difference(dx, B.matrix() * solved) < 1e-10 * std::max(1.0, dx.cwiseAbs().maxCoeff()),
+               describe(n, m).c_str());
   }
 }
 

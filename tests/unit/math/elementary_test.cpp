@@ -40,7 +40,8 @@ Real ulp(double x) {
 }
 Real error_in_ulp(double value, Real reference) {
   const auto rounded = static_cast<double>(reference);
-  if (std::isinf(rounded)) return std::isinf(value) && std::signbit(value) == std::signbit(rounded) ? Real{0} : Real{1e9};
+  if (std::isinf(rounded))
+    return std::isinf(value) && std::signbit(value) == std::signbit(rounded) ? Real{0} : Real{1e9};
   return std::abs(static_cast<Real>(value) - reference) / ulp(rounded);
 }
 
@@ -60,8 +61,8 @@ struct Worst {
 
 void check_bound(const char* name, const Worst& worst, double bound) {
   char text[160];
-  std::snprintf(text, sizeof(text), "%s: %.4f ulp at %a, %a (seed %llu)", name, static_cast<double>(worst.error), worst.at, worst.at2,
-                static_cast<unsigned long long>(seed));
+  std::snprintf(text, sizeof(text), "%s: %.4f ulp at %a, %a (seed %llu)", name, static_cast<double>(worst.error),
+                worst.at, worst.at2, static_cast<unsigned long long>(seed));
   std::printf("\n  %s", text);
   CHECK_TEXT(worst.error <= static_cast<Real>(bound), text);
 }
@@ -125,7 +126,7 @@ Worst circular(F function, R reference) {
 
 }  // namespace
 
-TEST_GROUP(Elementary) {};
+TEST_GROUP(Elementary){};
 
 TEST(Elementary, sin_and_cos_within_one_ulp) {
   if (!have_reference) return;
@@ -158,7 +159,8 @@ TEST(Elementary, atan_within_one_ulp) {
   sweep(worst, math::atan, atan_ref, -1.0, 1.0, dense_count);
   sweep(worst, math::atan, atan_ref, -6.0, 6.0, dense_count);
   sweep_exponents(worst, math::atan, atan_ref, -1074, 1024, 50, true);
-  for (const double edge : {0.4, 0.5, 0.75, 1.0, 1.25, 1.75, 2.5, 0x1p-28}) sweep_neighbours(worst, math::atan, atan_ref, edge, 1.5 * edge);
+  for (const double edge : {0.4, 0.5, 0.75, 1.0, 1.25, 1.75, 2.5, 0x1p-28})
+    sweep_neighbours(worst, math::atan, atan_ref, edge, 1.5 * edge);
   check_bound("atan", worst, 1.0);
 }
 
@@ -167,7 +169,8 @@ TEST(Elementary, atan2_within_two_ulp) {
   Worst worst;
   Generator generator(seed);
   for (int i = 0; i < 600000; ++i) {
-    const int scale = i % 3 == 0 ? static_cast<int>(generator.below(80)) - 40 : static_cast<int>(generator.below(9)) - 4;
+    const int scale =
+        i % 3 == 0 ? static_cast<int>(generator.below(80)) - 40 : static_cast<int>(generator.below(9)) - 4;
     const double y = std::ldexp(2.0 * draw(generator) - 1.0, scale);
     const double x = 2.0 * draw(generator) - 1.0;
     worst.add(error_in_ulp(math::atan2(y, x), std::atan2(static_cast<Real>(y), static_cast<Real>(x))), y, x);
@@ -240,7 +243,8 @@ TEST(Elementary, odd_functions_keep_signed_zero_and_tiny_arguments) {
 }
 
 TEST(Elementary, outside_the_domain_is_nan) {
-  for (const double x : {quiet_nan, infinity, -infinity, std::nextafter(math::max_angle, infinity), -2.0 * math::max_angle, 1e300}) {
+  for (const double x :
+       {quiet_nan, infinity, -infinity, std::nextafter(math::max_angle, infinity), -2.0 * math::max_angle, 1e300}) {
     CHECK(std::isnan(math::sin(x)));
     CHECK(std::isnan(math::cos(x)));
     CHECK(std::isnan(math::tan(x)));
@@ -288,17 +292,28 @@ TEST(Elementary, quadrants_zeros_and_infinities_of_atan2) {
     double y, x, angle;
   };
   const Case cases[] = {
-      {0.0, 1.0, 0.0},           {0.0, 0.0, 0.0},
-      {0.0, -1.0, pi},           {0.0, -0.0, pi},
-      {1.0, 0.0, pi / 2},        {1.0, -0.0, pi / 2},
-      {1.0, 1.0, pi / 4},        {1.0, -1.0, 3 * pi / 4},
-      {infinity, 1.0, pi / 2},   {infinity, -1.0, pi / 2},
-      {1.0, infinity, 0.0},      {1.0, -infinity, pi},
-      {0.0, infinity, 0.0},      {0.0, -infinity, pi},
-      {infinity, infinity, pi / 4}, {infinity, -infinity, 3 * pi / 4},
-      {smallest, 1.0, smallest}, {smallest, -1.0, pi},
-      {1e300, 1e-300, pi / 2},   {1e-300, 1e300, 0.0},
-      {1e-300, -1e300, pi},      {smallest, smallest, pi / 4},
+      {0.0, 1.0, 0.0},
+      {0.0, 0.0, 0.0},
+      {0.0, -1.0, pi},
+      {0.0, -0.0, pi},
+      {1.0, 0.0, pi / 2},
+      {1.0, -0.0, pi / 2},
+      {1.0, 1.0, pi / 4},
+      {1.0, -1.0, 3 * pi / 4},
+      {infinity, 1.0, pi / 2},
+      {infinity, -1.0, pi / 2},
+      {1.0, infinity, 0.0},
+      {1.0, -infinity, pi},
+      {0.0, infinity, 0.0},
+      {0.0, -infinity, pi},
+      {infinity, infinity, pi / 4},
+      {infinity, -infinity, 3 * pi / 4},
+      {smallest, 1.0, smallest},
+      {smallest, -1.0, pi},
+      {1e300, 1e-300, pi / 2},
+      {1e-300, 1e300, 0.0},
+      {1e-300, -1e300, pi},
+      {smallest, smallest, pi / 4},
   };
   for (const Case& c : cases) {
     char text[96];
