@@ -10,7 +10,7 @@ struct SubpixelOptions {
   int max_iterations = 8;
   double max_move_px = 1.0;         ///< from the integer peak, in u or v
   double max_score_loss = 0.1;      ///< of the final correlation against the integer peak's
-  int min_pixels = 64;              ///< not over-exposed, of window_pixels
+  int min_pixels = 32;              ///< not over-exposed, of window_pixels
   double min_sigma_px = 0.05;
   double max_sigma_px = 2.0;
   double quadratic_sigma_px = 0.3;  ///< stated for a position from the quadratic fit
