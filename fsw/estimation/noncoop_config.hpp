@@ -1,0 +1,37 @@
+#pragma once
+#include <cstdint>
+
+#include "fsw/estimation/attitude_state.hpp"
+#include "fsw/estimation/one_point_ransac.hpp"
+
+namespace relnav {
+
+enum class MotionKind : std::uint8_t { rigid_target, camera };
+
+/// What the filter believes before the first frame and about the motion in between. Lengths and velocities are given
+/// per metre of start range, because monocular scale is free.
+struct NoncoopConfig {
+  MotionKind motion = MotionKind::rigid_target;
+  AttitudeChartKind chart = AttitudeChartKind::mrp;
+  double range_m = 1.0;         ///< start range along the line of sight; sets the free scale
+  double range_sigma_m = 0.0;   ///< its 1 sigma: common to every length of the solution
+
+  double rate_sigma_rad_s = 0.0;         ///< of the start rate (mean zero), each axis
+  double velocity_sigma_per_range = 0.0;  ///< of the start velocity, 1/s
+  double acceleration_psd_per_range = 0.0;  ///< s^-1.5
+  double angular_psd = 0.0;              ///< rad/s^1.5
+  double relief_per_extent = 0.0;        ///< depth spread of the target over its apparent half width
+  double min_relief = 0.0;               ///< floor of the relative depth spread
+
+  double pixel_sigma_px = 0.3;           ///< matching error that the front end's own sigma does not see
+  double gate_chi2 = 9.21;               ///< 99 %, two degrees of freedom
+  double linearity_threshold = 0.1;      ///< L_d under which a feature becomes Euclidean
+  int start_frames = 48;                 ///< frames after which the start adjustment hands over for good
+  RansacConfig ransac;
+  std::uint64_t seed = 1;
+
+  /// Defaults per motion model; the caller sets range.
+  [[nodiscard]] static NoncoopConfig defaults(MotionKind motion);
+};
+
+}  // namespace relnav

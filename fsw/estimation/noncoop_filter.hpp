@@ -1,0 +1,97 @@
+#pragma once
+#include "fsw/base/time.hpp"
+#include "fsw/estimation/ekf_update.hpp"
+#include "fsw/estimation/filter_state.hpp"
+#include "fsw/estimation/noncoop_config.hpp"
+#include "fsw/estimation/one_point_ransac.hpp"
+#include "fsw/estimation/start_adjustment.hpp"
+#include "fsw/geometry/camera_model.hpp"
+#include "fsw/geometry/feature_exchange.hpp"
+
+namespace relnav {
+
+/// Verdict on one match.
+enum class MatchVerdict : std::uint8_t { incompatible, outlier, low_innovation, high_innovation };
+
+struct FilterUpdate {
+  Status status = Status::ok;  ///< not ok: an update was refused, the state is the predicted one
+  int compatible = 0;          ///< matches inside their own gate
+  int inliers = 0;             ///< used, low and high innovation
+  int hypotheses = 0;          ///< of the one-point RANSAC
+  double nis = 0.0;            ///< of the low-innovation update
+  int rows = 0;                ///< its degrees of freedom
+  std::array<MatchVerdict, config::max_features> verdict{};  ///< by position in the matches
+  bool chart_switched = false;
+};
+
+/// Inverse-depth EKF with one-point RANSAC: spec/noncooperative.md, after Liu 2017 and Civera 2010.
+/// Call order per frame: predict, predict_features, update, then add features in free slots.
+class NoncoopFilter {
+ public:
+  /// invalid_argument: range not positive, or a sigma negative or not finite.
+  Status configure(const NoncoopConfig& config, const CameraModel& camera);
+
+  /// Places T: axes as C now; origin `range` along los_C (rigid target) or at the camera (camera motion).
+  /// half_extent: the target's apparent half width over its distance; sets how deep it may be.
+  void start(Time time, const Vec3& los_C, double half_extent);
+  /// Adds the common-scale uncertainty of the start range; once, after the first features.
+  void add_scale_uncertainty();
+
+  /// To the time of the next frame. camera_rate_C: the camera's own inertial rate, rad/s.
+  Status predict(Time time, const Vec3& camera_rate_C = Vec3::Zero());
+  /// Where each feature should be seen. Features outside the image or behind the camera are left out.
+  void predict_features(FeaturePredictions& predictions);
+  FilterUpdate update(const FeatureMatches& matches);
+
+  [[nodiscard]] bool has_room() const { return state_.has_room(); }
+  /// New feature at a pixel, in inverse depth. The depth prior follows its neighbours on the target.
+  Expected<SlotHandle> add_feature(const Vec2& uv_px);
+  /// Drops features that have served; their handles are appended to `dropped`.
+  void drop_spent_features(BoundedVector<SlotHandle, config::max_features>& dropped);
+
+  /// The start adjustment has not yet handed over for good.
+  [[nodiscard]] bool is_starting() const { return starting_; }
+  [[nodiscard]] RelativeState output() const;
+  [[nodiscard]] const FilterState& state() const { return state_; }
+  [[nodiscard]] const NoncoopConfig& config() const { return config_; }
+
+ private:
+  struct DepthPrior {
+    double depth_m;           ///< distance from the camera
+    double sigma_m;           ///< what the state does not know of it
+    double slope_along_los;   ///< d depth / d (distance of T): 1 where lengths hang on the target's distance
+  };
+  [[nodiscard]] const MotionModel& model() const;
+  [[nodiscard]] DepthPrior depth_prior(const Vec2& uv_px, const PoseLinearisation& pose) const;
+  [[nodiscard]] Mat2 appearance_warp(const Feature& feature, const PoseLinearisation& pose) const;
+  /// Linearises a match at the current state. True when it is predictable and inside its gate.
+  [[nodiscard]] bool linearise(const CompatibleMatch& match, const PoseLinearisation& pose,
+                               const PoseLinearisation& pose_lin, Innovation& innovation) const;
+  /// The estimate has left the neighbourhood in which the linearisation point serves.
+  [[nodiscard]] bool relinearise_due() const;
+  [[nodiscard]] Vec3 euclidean_point_T(const Feature& feature) const;
+  void convert_linear_features();
+  void switch_chart_if_due(FilterUpdate& update);
+  /// Feeds the start adjustment with this frame and, when it has something better, sets the filter to it.
+  void adjust_start(const FeatureMatches& matches);
+  void take_over(const StartAdjustment::Result& start);
+
+  NoncoopConfig config_;
+  CameraModel camera_;
+  CameraMotion camera_motion_;
+  RigidTargetMotion rigid_motion_;
+  FilterState state_;
+  EkfUpdate ekf_;
+  CompatibleMatches compatible_;
+  Innovations innovations_;
+  Generator generator_{1};
+  Time time_;
+  Time start_time_;
+  StartAdjustment start_;
+  StartAdjustment::Result start_result_;
+  int start_frames_ = 0;   ///< frames fed to the start adjustment
+  bool starting_ = false;  ///< the start adjustment still runs
+  double relief_ = 0.1;  ///< relative depth spread of the target
+};
+
+}  // namespace relnav
