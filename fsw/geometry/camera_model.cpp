@@ -234,8 +234,8 @@ Status CameraModel::project(const Vec3& p_C, Vec2& uv_px, Mat23& J_uv_p) const {
     const OddPolynomial g = radial_polynomial(k);
     const double slope = g.slope(theta * theta);
     const double length2 = r * r + h * h;
-    // r_d / r; on the axis (h > 0 there, as the domain ends before 180 deg) theta / r -> 1 / h.
-    const double ratio = r > 1e-9 ? g.value(theta) / r : 1.0 / h;
+    // r_d / r; beside the axis h = 1 (scaled, and the domain ends before 180 deg), where it tends to 1.
+    const double ratio = r > 1e-9 ? g.value(theta) / r : 1.0;
     d = ratio * a;
     J_d_p.leftCols<2>() = radial_jacobian(ratio, slope * h / length2, direction(a, r)) / size;
     J_d_p.col(2) = (-slope / (length2 * size)) * a;
