@@ -9,7 +9,9 @@ int main(int argc, char** argv) {
   app.set_version_flag("--version", RELNAV_VERSION);
   app.require_subcommand(1);
   int exit_status = exit_done;
+  add_replay_command(app, exit_status);
   add_evaluate_command(app, exit_status);
+  add_tlm_command(app, exit_status);
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

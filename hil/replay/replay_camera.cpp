@@ -1,0 +1,97 @@
+#include "hil/replay/replay_camera.hpp"
+
+#include <algorithm>
+#include <chrono>
+#include <cstring>
+#include <thread>
+
+#include "hil/io/input_error.hpp"
+
+namespace relnav::hil {
+namespace {
+
+void keep_upper_bytes(Image& image) {
+  const std::size_t pixels = std::size_t{image.width_px} * image.height_px;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    std::uint16_t sample = 0;
+    std::memcpy(&sample, &image.bytes[2 * i], sizeof sample);
+    image.bytes[i] = static_cast<std::uint8_t>(sample >> 8U);
+  }
+  image.bytes.resize(pixels);
+  image.bytes_per_pixel = 1;
+}
+
+}  // namespace
+
+ReplayCamera::ReplayCamera(std::vector<ImageEntry> entries, std::uint32_t width_px, std::uint32_t height_px, hal::Clock& clock, Pace pace)
+    : entries_(std::move(entries)), width_px_(width_px), height_px_(height_px), clock_(clock), pace_(pace) {}
+
+Status ReplayCamera::start() {
+  streaming_ = true;
+  return Status::ok;
+}
+
+Status ReplayCamera::stop() {
+  streaming_ = false;
+  return Status::ok;
+}
+
+Status ReplayCamera::await_due(Duration wait) {
+  if (pace_ == Pace::max) return Status::ok;
+  const Time now = clock_.now();
+  if (!paced_) {
+    paced_ = true;
+    first_handed_out_ = now;
+    first_stamp_ = entries_[next_].time;
+  }
+  const Duration early{(entries_[next_].time - first_stamp_).ns - (now - first_handed_out_).ns};
+  if (early.ns <= 0) return Status::ok;
+  std::this_thread::sleep_for(std::chrono::nanoseconds(std::min(early.ns, std::max<std::int64_t>(wait.ns, 0))));
+  if (early <= wait) return Status::ok;
+  return wait.ns > 0 ? Status::timeout : Status::no_data;
+}
+
+Status ReplayCamera::acquire(Duration wait, hal::Frame& frame) {
+  if (!streaming_) return Status::not_configured;
+  const auto slot = std::find_if(slots_.begin(), slots_.end(), [](const Slot& s) { return s.lease == 0; });
+  if (slot == slots_.end()) return Status::no_capacity;
+  if (exhausted()) return Status::no_data;
+  const Status due = await_due(wait);
+  if (due != Status::ok) return due;
+
+  const ImageEntry& entry = entries_[next_++];
+  try {
+    slot->image = read_png(entry.path);
+    if (slot->image.width_px != width_px_ || slot->image.height_px != height_px_) {
+      throw InputError(entry.path, 0, std::to_string(slot->image.width_px) + " x " + std::to_string(slot->image.height_px) + " pixels",
+                       std::to_string(width_px_) + " x " + std::to_string(height_px_) + " as the camera file says");
+    }
+  } catch (const std::exception& error) {
+    if (problem_.empty()) problem_ = error.what();
+    ++incomplete_;
+    return Status::incomplete;
+  }
+  if (slot->image.bytes_per_pixel == 2) keep_upper_bytes(slot->image);
+  slot->lease = ++last_lease_;
+  frame = {};
+  frame.pixels = slot->image.bytes.data();
+  frame.width_px = width_px_;
+  frame.height_px = height_px_;
+  frame.stride_bytes = width_px_;
+  frame.format = hal::PixelFormat::mono8;
+  frame.mid_exposure = frame.first_data = frame.dequeued = entry.time;
+  frame.clock = hal::ClockId::device;
+  frame.sequence = static_cast<std::uint32_t>(next_ - 1);
+  frame.lease = slot->lease;
+  return Status::ok;
+}
+
+Status ReplayCamera::release(const hal::Frame& frame) {
+  if (frame.lease == 0) return Status::stale_handle;
+  const auto slot = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& s) { return s.lease == frame.lease; });
+  if (slot == slots_.end()) return Status::stale_handle;
+  slot->lease = 0;
+  return Status::ok;
+}
+
+}  // namespace relnav::hil

@@ -1,0 +1,67 @@
+#pragma once
+#include <array>
+#include <cstddef>
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "hal/camera.hpp"
+#include "hal/clock.hpp"
+#include "hil/io/euroc.hpp"
+#include "hil/io/image.hpp"
+
+namespace relnav::hil {
+
+enum class Pace : std::uint8_t {
+  max,   ///< a frame whenever one is asked for
+  real,  ///< a frame not before its stamp, counted from the first frame handed out
+};
+
+/// Camera over the images of a data set, in the order of data.csv: mid_exposure is the stamp listed there (of ClockId::device: the
+/// recording's own clock), sequence the row. 16-bit images are handed out as mono8, the upper byte. An image that is missing,
+/// damaged or of another size is answered with incomplete, once; problem() then says why, and the next call goes on.
+class ReplayCamera final : public hal::Camera {
+ public:
+  ReplayCamera(std::vector<ImageEntry> entries, std::uint32_t width_px, std::uint32_t height_px, hal::Clock& clock, Pace pace = Pace::max);
+
+  Status start() override;
+  Status acquire(Duration wait, hal::Frame& frame) override;
+  Status release(const hal::Frame& frame) override;
+  Status stop() override;
+  [[nodiscard]] std::uint32_t max_leases() const override { return static_cast<std::uint32_t>(slots_.size()); }
+
+  [[nodiscard]] std::size_t frames_listed() const { return entries_.size(); }
+  /// Rows of data.csv dealt with so far.
+  [[nodiscard]] std::size_t frames_consumed() const { return next_; }
+  [[nodiscard]] bool exhausted() const { return next_ == entries_.size(); }
+  /// Row handed out last.
+  [[nodiscard]] const ImageEntry& last_entry() const { return entries_[next_ > 0 ? next_ - 1 : 0]; }
+  [[nodiscard]] std::uint32_t incomplete_frames() const { return incomplete_; }
+  /// One line: file and expectation. Empty while every image was good.
+  [[nodiscard]] const std::string& problem() const { return problem_; }
+
+ private:
+  struct Slot {
+    Image image;
+    std::uint32_t lease = 0;  ///< 0: free
+  };
+  /// Status::timeout or no_data while the next frame is not due yet.
+  Status await_due(Duration wait);
+
+  std::vector<ImageEntry> entries_;
+  std::uint32_t width_px_;
+  std::uint32_t height_px_;
+  hal::Clock& clock_;
+  Pace pace_;
+  std::array<Slot, 3> slots_;
+  std::size_t next_ = 0;
+  bool streaming_ = false;
+  bool paced_ = false;
+  Time first_handed_out_;
+  Time first_stamp_;
+  std::uint32_t last_lease_ = 0;
+  std::uint32_t incomplete_ = 0;
+  std::string problem_;
+};
+
+}  // namespace relnav::hil

@@ -1,0 +1,40 @@
+#pragma once
+#include <cstdint>
+#include <string>
+#include <vector>
+
+#include "fsw/app/step_report.hpp"
+
+namespace relnav::hil {
+
+/// What is kept of one step for the summary and the report.
+struct FrameRecord {
+  Time time;  ///< of the frame, as listed
+  Status status = Status::no_data;
+  app::Mode mode = app::Mode::standby;
+  bool has_pose = false;
+  RelativeState state;
+  std::uint32_t reset_counter = 0;
+  std::uint16_t features = 0;
+  std::uint16_t matched = 0;
+  std::uint16_t inliers = 0;
+  std::uint16_t refused_updates = 0;
+  double test_ratio = 0.0;
+  app::StageTimes times;
+};
+
+/// A frame to be shown with its features drawn in.
+struct Snapshot {
+  Time time;
+  std::size_t frame = 0;  ///< row of the image list, from 0
+  std::string image_path;
+  app::Mode mode = app::Mode::standby;
+  std::vector<app::FeatureReport> features;
+};
+
+struct RunHistory {
+  std::vector<FrameRecord> frames;
+  std::vector<Snapshot> snapshots;
+};
+
+}  // namespace relnav::hil

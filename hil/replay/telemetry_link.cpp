@@ -1,0 +1,53 @@
+#include "hil/replay/telemetry_link.hpp"
+
+#include <algorithm>
+
+#include "hil/io/input_error.hpp"
+#include "hil/io/text.hpp"
+
+namespace relnav::hil {
+
+UdpAddress parse_udp_url(const std::string& url) {
+  const std::string scheme = "udp://";
+  const std::size_t colon = url.rfind(':');
+  if (url.rfind(scheme, 0) != 0 || colon == std::string::npos || colon < scheme.size()) {
+    throw InputError(url, 0, "is no UDP address", "udp://HOST:PORT");
+  }
+  UdpAddress address;
+  address.host = url.substr(scheme.size(), colon - scheme.size());
+  if (address.host.size() > 2 && address.host.front() == '[' && address.host.back() == ']') {
+    address.host = address.host.substr(1, address.host.size() - 2);
+  }
+  const auto port = parse_int64(std::string_view(url).substr(colon + 1));
+  if (address.host.empty() || !port || *port < 1 || *port > 65535) throw InputError(url, 0, "is no UDP address", "udp://HOST:PORT, port 1 to 65535");
+  address.port = static_cast<std::uint16_t>(*port);
+  return address;
+}
+
+TelemetryLink::TelemetryLink(const std::string& file, Listener listener) : path_(file), listener_(std::move(listener)) {
+  const Status status = file_.open(file.c_str());
+  if (status != Status::ok) throw InputError(file, 0, "cannot be created", "a writable output folder");
+}
+
+void TelemetryLink::add_udp(const std::string& url) {
+  const UdpAddress address = parse_udp_url(url);
+  const Status status = udp_.open(address.host.c_str(), address.port);
+  if (status != Status::ok) throw InputError(url, 0, std::string("cannot be reached: ") + to_string(status), "a host and port that resolve");
+  has_udp_ = true;
+}
+
+Status TelemetryLink::send(std::span<const std::uint8_t> packet) {
+  const Status status = file_.send(packet);
+  if (status == Status::ok && listener_) listener_(packet);
+  if ((status == Status::no_capacity || status == Status::io_error) && problem_.empty()) {
+    problem_ = InputError(path_, 0, std::string("cannot be written: ") + to_string(status), "room and permission to write").what();
+  }
+  if (has_udp_) static_cast<void>(udp_.send(packet));  // a listener that is not there does not stop the run
+  return status;
+}
+
+std::uint32_t TelemetryLink::max_packet_bytes() const {
+  return has_udp_ ? std::min(file_.max_packet_bytes(), udp_.max_packet_bytes()) : file_.max_packet_bytes();
+}
+
+}  // namespace relnav::hil

@@ -1,0 +1,29 @@
+#include "hil/tool/progress.hpp"
+
+#include <unistd.h>
+
+#include <cstdio>
+
+namespace relnav::hil {
+
+Progress::Progress() : terminal_(::isatty(STDERR_FILENO) == 1), start_(Clock::now()), last_(start_) {}
+
+void Progress::show(std::size_t done, std::size_t listed, const app::StepReport& report) {
+  constexpr auto period = std::chrono::milliseconds(100);
+  const auto now = Clock::now();
+  if (!terminal_ || (done < listed && now - last_ < period)) return;
+  last_ = now;
+  const double elapsed_s = std::chrono::duration<double>(now - start_).count();
+  const double rate = elapsed_s > 0.0 ? static_cast<double>(done) / elapsed_s : 0.0;
+  const double left_s = rate > 0.0 ? static_cast<double>(listed - done) / rate : 0.0;
+  std::fprintf(stderr, "\r\033[Kframe %zu of %zu  %.1f frames/s  %.0f s left  %s  %u features", done, listed, rate, left_s,
+               app::to_string(report.mode), static_cast<unsigned>(report.features));
+  shown_ = true;
+}
+
+void Progress::finish() {
+  if (shown_) std::fputs("\r\033[K", stderr);
+  shown_ = false;
+}
+
+}  // namespace relnav::hil

@@ -1,0 +1,25 @@
+#pragma once
+#include <chrono>
+#include <cstddef>
+
+#include "fsw/app/step_report.hpp"
+
+namespace relnav::hil {
+
+/// One line on stderr, rewritten in place: frames, rate, time left. Silent when stderr is no terminal.
+class Progress {
+ public:
+  Progress();
+  void show(std::size_t done, std::size_t listed, const app::StepReport& report);
+  /// Removes the line.
+  void finish();
+
+ private:
+  using Clock = std::chrono::steady_clock;
+  bool terminal_;
+  bool shown_ = false;
+  Clock::time_point start_;
+  Clock::time_point last_;
+};
+
+}  // namespace relnav::hil

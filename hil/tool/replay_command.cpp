@@ -1,0 +1,133 @@
+#include <cmath>
+#include <cstdio>
+#include <filesystem>
+#include <map>
+#include <memory>
+
+#include "hil/io/camera_file.hpp"
+#include "hil/io/input_error.hpp"
+#include "hil/replay/flight_driver.hpp"
+#include "hil/replay/replay_run.hpp"
+#include "hil/replay/summary.hpp"
+#include "hil/replay/telemetry_link.hpp"
+#include "hil/report/report.hpp"
+#include "hil/telemetry/packet_text.hpp"
+#include "hil/tool/commands.hpp"
+#include "hil/tool/interrupt.hpp"
+#include "hil/tool/progress.hpp"
+#include "platform/host/steady_clock.hpp"
+
+namespace relnav::hil {
+namespace {
+
+struct Options {
+  std::string dataset;
+  std::string mode;
+  std::string target;
+  std::string config;
+  std::string motion = "rigid-target";
+  double range_m = 0.0;
+  double range_sigma_m = -1.0;
+  std::string out;
+  std::string tlm;
+  Pace pace = Pace::max;
+  bool force = false;
+};
+
+void check(const Options& o) {
+  if (o.mode == "coop-mono" || o.mode == "coop-stereo") throw InputError("--mode " + o.mode, 0, "is not in this build yet", "--mode noncoop");
+  if (o.range_m < 0.0 || !std::isfinite(o.range_m)) throw InputError("--range", 0, "is not usable", "a positive number of metres");
+  if (!o.tlm.empty()) static_cast<void>(parse_udp_url(o.tlm));
+}
+
+RunDescription description_of(const Options& o, const FlightSetup& setup, std::size_t frames) {
+  RunDescription d;
+  d.dataset = o.dataset;
+  d.mode = o.mode;
+  d.motion = o.motion;
+  d.config = o.config;
+  d.range_m = o.range_m;
+  d.range_sigma_m = o.range_sigma_m < 0.0 ? 0.0 : o.range_sigma_m;
+  d.frames_listed = frames;
+  d.width_px = static_cast<std::uint32_t>(setup.camera.intrinsics.width_px);
+  d.height_px = static_cast<std::uint32_t>(setup.camera.intrinsics.height_px);
+  return d;
+}
+
+void write_results(const Options& o, const RunDescription& description, const ReplayOutcome& outcome, const RunHistory& history,
+                   const Trajectory& truth) {
+  const auto evaluation = evaluate_run(history, truth);
+  const Evaluation* judged = evaluation ? &*evaluation : nullptr;
+  OutputFile(o.out + "/summary.json").write(summary_json(description, outcome, history, judged));
+  OutputFile(o.out + "/report.html").write(report_html(description, outcome, history, judged, &truth));
+}
+
+int run(const Options& o) {
+  namespace fs = std::filesystem;
+  check(o);
+  // All input is looked at before the output folder is touched.
+  const fs::path camera_folder = fs::path(o.dataset) / "mav0" / "cam0";
+  if (!fs::is_directory(o.dataset)) throw InputError(o.dataset, 0, "is no folder", "a data set in the EuRoC layout (mav0/cam0/data.csv)");
+  FlightSetup setup;
+  setup.camera = read_camera_file((camera_folder / "sensor.yaml").string());
+  setup.rigid_target = o.motion == "rigid-target";
+  setup.range_m = o.range_m;
+  setup.range_sigma_m = o.range_sigma_m;
+  setup.config_file = o.config;
+  std::vector<ImageEntry> images = read_image_list(camera_folder.string());
+  Trajectory truth;
+  const std::string truth_path = (fs::path(o.dataset) / "truth.tum").string();
+  if (fs::exists(truth_path)) truth = read_trajectory(truth_path);
+  const RunDescription description = description_of(o, setup, images.size());
+
+  platform::host::SteadyClock clock;
+  ReplayCamera camera(std::move(images), description.width_px, description.height_px, clock, o.pace);
+  prepare_run_folder(o.out, o.force);
+  RunFiles files(o.out);
+  TelemetryLink link(o.out + "/telemetry.bin", [&](std::span<const std::uint8_t> packet) {
+    const std::string line = event_log_line(packet, telemetry::PacketConfig{});
+    if (!line.empty()) files.add_event(line);
+  });
+  if (!o.tlm.empty()) link.add_udp(o.tlm);
+  const auto loop = make_flight_driver(setup, camera, link);
+
+  catch_interrupts();
+  RunHistory history;
+  Progress progress;
+  const ReplayOutcome outcome =
+      run_replay(*loop, camera, files, history, [&](std::size_t done, std::size_t listed, const app::StepReport& report) {
+        if (!link.problem().empty()) throw std::runtime_error(link.problem());
+        progress.show(done, listed, report);
+        return !interrupted();
+      });
+  progress.finish();
+  write_results(o, description, outcome, history, truth);
+  if (!outcome.problem.empty()) std::fprintf(stderr, "relnav: %s\n", outcome.problem.c_str());
+  std::printf("%zu of %zu frames, %zu poses, %u resets, results in %s\n", history.frames.size(), description.frames_listed, outcome.poses,
+              history.frames.empty() ? 0U : history.frames.back().reset_counter, o.out.c_str());
+  return exit_status_of(outcome);
+}
+
+}  // namespace
+
+void add_replay_command(CLI::App& app, int& exit_status) {
+  const auto o = std::make_shared<Options>();
+  CLI::App* command = app.add_subcommand("replay", "The flight loop over captured frames");
+  command->add_option("--dataset", o->dataset, "Folder in the EuRoC layout: mav0/cam0/{data.csv,data/,sensor.yaml}, optional truth.tum")->required();
+  command->add_option("--mode", o->mode, "What is estimated")->required()->check(CLI::IsMember({"noncoop", "coop-mono", "coop-stereo"}));
+  command->add_option("--target", o->target, "Target model (coop-*)");
+  command->add_option("--config", o->config, "Configuration of the flight loop, YAML");
+  command->add_option("--motion", o->motion, "noncoop: which motion model [rigid-target]")->check(CLI::IsMember({"rigid-target", "camera"}));
+  command->add_option("--range", o->range_m, "noncoop: start range along the line of sight in m; it also sets the free scale")->check(CLI::PositiveNumber);
+  command->add_option("--range-sigma", o->range_sigma_m, "noncoop: 1 sigma of the start range in m")->check(CLI::NonNegativeNumber);
+  command->add_option("--out", o->out, "Folder for the results")->required();
+  command->add_option("--tlm", o->tlm, "Also send telemetry to udp://HOST:PORT");
+  const std::map<std::string, Pace> paces{{"max", Pace::max}, {"real", Pace::real}};
+  command->add_option("--rate", o->pace, "As fast as possible, or as fast as the frames came")
+      ->transform(CLI::CheckedTransformer(paces))
+      ->option_text("max|real [max]");
+  command->add_flag("--force", o->force, "Use a folder that is not empty; files of an earlier run are replaced");
+  command->callback([o, &exit_status] { exit_status = run(*o); });
+}
+
+}  // namespace relnav::hil
