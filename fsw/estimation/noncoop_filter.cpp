@@ -28,7 +28,9 @@ NoncoopConfig NoncoopConfig::defaults(MotionKind motion) {
     c.rate_sigma_rad_s = 3.0 * deg;
     c.velocity_sigma_per_range = 0.05;
     c.acceleration_psd_per_range = 0.0005;
-    c.angular_psd = 0.03 * deg;
+    c.angular_psd = 0.05 * deg;
+    c.start_angular_psd = 0.1 * deg;
+    c.rest_sigma_rad_s = 0.15 * deg;
     c.relief_per_extent = 1.0;
     c.min_relief = 0.03;
   } else {
@@ -89,7 +91,9 @@ void NoncoopFilter::start(Time time, const Vec3& los_C, double half_extent) {
   prior.c_sigma_m = relief_ * config_.range_m;
   prior.v_sigma_m_s = sigma_v;
   prior.omega_sigma_rad_s = config_.rate_sigma_rad_s;
-  prior.angular_psd = config_.angular_psd;
+  prior.rest_sigma_rad_s = config_.rest_sigma_rad_s;
+  prior.angular_psd = config_.start_angular_psd;
+  start_valid_ = false;
   start_.begin(prior);
 }
 
@@ -437,9 +441,10 @@ void NoncoopFilter::adjust_start(const FeatureMatches& matches) {
     const double sigma_px = std::sqrt(config_.pixel_sigma_px * config_.pixel_sigma_px + m.sigma_px * m.sigma_px);
     start_.observe(m.slot, ray_C.head<2>() / ray_C.z(), sigma_px / camera_.intrinsics().fu);
   }
-  start_.improve(2);
+  start_.improve(1);
   ++start_frames_;
-  if (start_frames_ >= 2 && start_.result(start_result_) == Status::ok) take_over(start_result_);
+  start_valid_ = start_frames_ >= 2 && start_.result(start_result_) == Status::ok;
+  if (start_valid_) take_over(start_result_);
   if (start_frames_ >= config_.start_frames) starting_ = false;
 }
 
@@ -513,6 +518,34 @@ void NoncoopFilter::take_over(const StartAdjustment::Result& start) {
   add_scale_uncertainty();
 }
 
+void NoncoopFilter::blend_start_hypotheses(RelativeState& out) const {
+  // Mean and covariance of the mixture: until the data decide, the answer lies between the hypotheses and says so.
+  const double t_s = (time_ - start_time_).seconds();
+  const auto motion_of = [t_s](const StartAdjustment::Theta& theta) {
+    Mat<12> m;  // t_CT, phi, v, omega
+    m.segment<3>(0) = theta.segment<3>(0) + t_s * theta.segment<3>(3);
+    m.segment<3>(3) = t_s * theta.segment<3>(6) + (0.5 * t_s * t_s) * theta.segment<3>(9);
+    m.segment<3>(6) = theta.segment<3>(3);
+    m.segment<3>(9) = theta.segment<3>(6) + t_s * theta.segment<3>(9);
+    return m;
+  };
+  Mat<12> mean = Mat<12>::Zero();
+  for (std::size_t i = 0; i < start_result_.weights.size(); ++i) {
+    mean += start_result_.weights[i] * motion_of(start_result_.thetas[i]);
+  }
+  for (std::size_t i = 0; i < start_result_.weights.size(); ++i) {
+    const Mat<12> d = motion_of(start_result_.thetas[i]) - mean;
+    const Vec6 pose = d.head<6>();
+    const Vec6 rate = d.tail<6>();
+    out.pose_covariance += start_result_.weights[i] * (pose * pose.transpose());
+    out.rate_covariance += start_result_.weights[i] * (rate * rate.transpose());
+  }
+  out.t_CT = mean.segment<3>(0);
+  out.R_CT = exp_so3(mean.segment<3>(3));
+  out.v_C = mean.segment<3>(6);
+  out.omega_C = mean.segment<3>(9);
+}
+
 RelativeState NoncoopFilter::output() const {
   RelativeState out;
   out.time = time_;
@@ -525,6 +558,7 @@ RelativeState NoncoopFilter::output() const {
   Mat<6, 12> J_rates;
   model().rates(state_.motion, out.v_C, out.omega_C, J_rates);
   out.rate_covariance = J_rates * state_.P_block<12, 12>(0, 0) * J_rates.transpose();
+  if (starting_ && start_valid_) blend_start_hypotheses(out);
   return out;
 }
 

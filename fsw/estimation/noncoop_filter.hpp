@@ -75,6 +75,8 @@ class NoncoopFilter {
   /// Feeds the start adjustment with this frame and, when it has something better, sets the filter to it.
   void adjust_start(const FeatureMatches& matches);
   void take_over(const StartAdjustment::Result& start);
+  /// While the start is undecided: output of the mixture of hypotheses instead of the best one's.
+  void blend_start_hypotheses(RelativeState& out) const;
 
   NoncoopConfig config_;
   CameraModel camera_;
@@ -90,7 +92,8 @@ class NoncoopFilter {
   StartAdjustment start_;
   StartAdjustment::Result start_result_;
   int start_frames_ = 0;   ///< frames fed to the start adjustment
-  bool starting_ = false;  ///< the start adjustment still runs
+  bool start_valid_ = false;  ///< start_result_ belongs to this frame
+  bool starting_ = false;     ///< the start adjustment still runs
   double relief_ = 0.1;  ///< relative depth spread of the target
 };
 

@@ -1,11 +1,13 @@
 #include "fsw/estimation/start_adjustment.hpp"
 
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 #include <limits>
 
 #include "fsw/attitude/so3.hpp"
 #include "fsw/math/covariance_kernels.hpp"
+#include "fsw/math/elementary.hpp"
 
 namespace relnav {
 namespace {
@@ -13,6 +15,7 @@ namespace {
 constexpr double huber_sigma = 2.5;
 constexpr double min_depth_fraction = 0.2;  ///< of a track's prior depth that a step may reach
 constexpr double max_damping = 1e6;
+constexpr std::size_t at_rest = 2;  ///< hypothesis that the target hardly turns
 constexpr double worst_cost = std::numeric_limits<double>::infinity();
 
 /// Huber's rho (half a square inside) and its weight for a normalised residual length.
@@ -48,11 +51,12 @@ void StartAdjustment::begin(const Prior& prior) {
   keyframes_ = 0;
   frames_seen_ = 0;
   stride_ = 1;
-  mirrored_ = false;
   for (Hypothesis& h : hypotheses_) {
     h = Hypothesis{};
     h.theta.head<3>() = prior.c_C;
+    h.omega_sigma_rad_s = prior.omega_sigma_rad_s;
   }
+  hypotheses_[at_rest].omega_sigma_rad_s = prior.rest_sigma_rad_s;
 }
 
 void StartAdjustment::add_track(SlotHandle slot, double t_s, const Vec3& p, double xy_sigma, double rho_sigma) {
@@ -64,8 +68,7 @@ void StartAdjustment::add_track(SlotHandle slot, double t_s, const Vec3& p, doub
   const double w_xy = 1.0 / (xy_sigma * xy_sigma);
   track.weight = Vec3(w_xy, w_xy, 1.0 / (rho_sigma * rho_sigma));
   for (std::size_t k = 0; k < keyframes_; ++k) observed_[k][slot.index].sigma = 0.0;
-  hypotheses_[0].p[slot.index] = p;
-  hypotheses_[1].p[slot.index] = p;
+  for (Hypothesis& h : hypotheses_) h.p[slot.index] = p;
   if (t_s > 0.0) return;
   // A body bulges toward its viewer: the middle starts nearer than the rim. A starting value only, no prior: it tells the
   // first hypothesis which sign to try first, the second one tries the other.
@@ -118,21 +121,30 @@ double StartAdjustment::alpha_sigma() const {
   return prior_.angular_psd / std::sqrt(std::max(span_s(), 1.0));
 }
 
+StartAdjustment::Theta StartAdjustment::prior_weights(const Hypothesis& h) const {
+  const double share = h.omega_sigma_rad_s / prior_.omega_sigma_rad_s;  // a target at rest does not accelerate much either
+  const double sigma[4] = {prior_.c_sigma_m, prior_.v_sigma_m_s, h.omega_sigma_rad_s, share * alpha_sigma()};
+  Theta w;
+  for (int k = 0; k < theta_size; ++k) w(k) = 1.0 / (sigma[k / 3] * sigma[k / 3]);
+  return w;
+}
+
+StartAdjustment::Theta StartAdjustment::prior_mean() const {
+  Theta mean = Theta::Zero();
+  mean.head<3>() = prior_.c_C;
+  return mean;
+}
+
 void StartAdjustment::linearise(const Hypothesis& at, Normal& out) const {
   out.A.setZero();
   out.b.setZero();
   out.cost = 0.0;
   for (Mat3& H : out.H) H.setZero();
-  const double sigma[4] = {prior_.c_sigma_m, prior_.v_sigma_m_s, prior_.omega_sigma_rad_s, alpha_sigma()};
-  for (int part = 0; part < 4; ++part) {
-    const double weight = 1.0 / (sigma[part] * sigma[part]);
-    for (int k = 3 * part; k < 3 * part + 3; ++k) {
-      const double error = (part == 0 ? prior_.c_C(k) : 0.0) - at.theta(k);
-      out.A(k, k) += weight;
-      out.b(k) += weight * error;
-      out.cost += 0.5 * weight * error * error;
-    }
-  }
+  const Theta weights = prior_weights(at);
+  const Theta prior_error = prior_mean() - at.theta;
+  out.A.diagonal() = weights;
+  out.b = weights.cwiseProduct(prior_error);
+  out.cost += 0.5 * prior_error.dot(out.b);
   std::array<FrameMotion, max_keyframes> frames;
   for (std::size_t k = 0; k < keyframes_; ++k) frames[k] = motion_at(at.theta, frame_t_s_[k]);
 
@@ -141,11 +153,11 @@ void StartAdjustment::linearise(const Hypothesis& at, Normal& out) const {
     if (!track.used) continue;
     const Vec3& p = at.p[j];
     const double rho = p(2);
-    const Vec3 prior_error = track.prior - p;
+    const Vec3 track_error = track.prior - p;
     out.W[j].setZero();
     out.H[j] = track.weight.asDiagonal();
-    out.g[j] = track.weight.cwiseProduct(prior_error);
-    out.cost += 0.5 * prior_error.dot(out.g[j]);
+    out.g[j] = track.weight.cwiseProduct(track_error);
+    out.cost += 0.5 * track_error.dot(out.g[j]);
 
     const FrameMotion anchor = motion_at(at.theta, track.t_s);
     const Vec3 x = Vec3(p(0), p(1), 1.0) - rho * anchor.c;
@@ -197,12 +209,8 @@ void StartAdjustment::linearise(const Hypothesis& at, Normal& out) const {
 }
 
 double StartAdjustment::cost_of(const Hypothesis& at) const {
-  double cost = 0.0;
-  const double sigma[4] = {prior_.c_sigma_m, prior_.v_sigma_m_s, prior_.omega_sigma_rad_s, alpha_sigma()};
-  for (int k = 0; k < theta_size; ++k) {
-    const double error = ((k < 3 ? prior_.c_C(k) : 0.0) - at.theta(k)) / sigma[k / 3];
-    cost += 0.5 * error * error;
-  }
+  const Theta theta_error = prior_mean() - at.theta;
+  double cost = 0.5 * theta_error.dot(prior_weights(at).cwiseProduct(theta_error));
   std::array<FrameMotion, max_keyframes> frames;
   for (std::size_t k = 0; k < keyframes_; ++k) frames[k] = motion_at(at.theta, frame_t_s_[k]);
   for (std::size_t j = 0; j < tracks_.size(); ++j) {
@@ -312,37 +320,63 @@ void StartAdjustment::improve(int steps) {
   }
   // Both may settle on the same side. Once in a while the worse one restarts as the mirror image of the better.
   if (frames_seen_ % 8 == 0) {
-    const std::size_t best = hypotheses_[0].cost <= hypotheses_[1].cost ? 0 : 1;
+    const std::size_t best = hypotheses_[0].cost <= hypotheses_[1].cost ? 0 : 1;  // the two that turn
     const Hypothesis& b = hypotheses_[best];
     Hypothesis& other = hypotheses_[1 - best];
     if (b.theta.segment<2>(6).dot(other.theta.segment<2>(6)) > 0.0) mirror(b, other);
   }
 }
 
-Status StartAdjustment::result(Result& out) const {
-  const std::size_t best = hypotheses_[0].cost <= hypotheses_[1].cost ? 0 : 1;
-  const Hypothesis& chosen = hypotheses_[best];
-  Normal normal;
-  linearise(chosen, normal);
-  if (!std::isfinite(normal.cost)) return Status::no_convergence;
-  Mat12 S = normal.A;
-  Theta b = normal.b;
-  eliminate_tracks(normal, 0.0, S, b);
-  const Status status = cholesky_lower(view_of(S));
-  if (status != Status::ok) return status;
-  Mat12 B = Mat12::Identity();
-  solve_right_transposed(view_of(S), view_of(B));  // B = L^-T
-  out.theta = chosen.theta;
-  out.covariance = B * B.transpose();
-  out.cost_margin = hypotheses_[1 - best].cost - normal.cost;
+double StartAdjustment::negative_log_evidence(const Hypothesis& h, const Normal& normal, const Mat12& L) const {
+  // Laplace: cost + 1/2 log det(Hessian) - 1/2 log det(prior weights), the Hessian split into tracks and reduced rest.
+  double e = normal.cost;
+  const Theta weights = prior_weights(h);
+  for (int k = 0; k < theta_size; ++k) e += math::log(L(k, k)) - 0.5 * math::log(weights(k));
   for (std::size_t j = 0; j < tracks_.size(); ++j) {
     if (!tracks_[j].used) continue;
-    TrackResult& t = out.tracks[j];
-    t.p = chosen.p[j];
-    t.covariance = damped_inverse(normal.H[j], 0.0);
-    t.dp_dtheta = -(t.covariance * normal.W[j].transpose());
-    t.t_s = tracks_[j].t_s;
+    const Vec3& w = tracks_[j].weight;
+    e += 0.5 * math::log(normal.H[j].determinant() / (w(0) * w(1) * w(2)));
   }
+  return e;
+}
+
+Status StartAdjustment::result(Result& out) {
+  std::array<double, hypothesis_count> energy{};
+  double least = worst_cost;
+  for (std::size_t i = 0; i < hypothesis_count; ++i) {
+    const Hypothesis& h = hypotheses_[i];
+    out.thetas[i] = h.theta;
+    energy[i] = worst_cost;
+    linearise(h, normal_);
+    if (!std::isfinite(normal_.cost)) continue;
+    Mat12 L = normal_.A;
+    Theta b = normal_.b;
+    eliminate_tracks(normal_, 0.0, L, b);
+    if (cholesky_lower(view_of(L)) != Status::ok) continue;
+    energy[i] = negative_log_evidence(h, normal_, L);
+    if (!(energy[i] < least)) continue;
+    least = energy[i];
+    Mat12 B = Mat12::Identity();
+    solve_right_transposed(view_of(L), view_of(B));  // B = L^-T
+    out.theta = h.theta;
+    out.covariance = B * B.transpose();
+    for (std::size_t j = 0; j < tracks_.size(); ++j) {
+      if (!tracks_[j].used) continue;
+      TrackResult& t = out.tracks[j];
+      t.p = h.p[j];
+      t.covariance = damped_inverse(normal_.H[j], 0.0);
+      t.dp_dtheta = -(t.covariance * normal_.W[j].transpose());
+      t.t_s = tracks_[j].t_s;
+    }
+  }
+  if (!std::isfinite(least)) return Status::no_convergence;
+  double sum = 0.0;
+  for (std::size_t i = 0; i < hypothesis_count; ++i) {
+    const double excess = energy[i] - least;
+    out.weights[i] = excess < 50.0 ? math::exp(-excess) : 0.0;
+    sum += out.weights[i];
+  }
+  for (double& w : out.weights) w /= sum;
   return Status::ok;
 }
 

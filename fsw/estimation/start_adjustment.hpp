@@ -10,6 +10,10 @@ namespace relnav {
 
 /// Batch adjustment of the first seconds of a rigid target's motion, one Gauss-Newton step at a time.
 ///
+/// Three hypotheses are adjusted side by side: turning with the relief one way, turning with it the other way, at rest.
+/// They are compared by Laplace's approximation of their evidence, not by their cost: among fits of equal quality the
+/// joint minimum favours fast rates with flat relief, since every depth has a prior of its own that likes flat.
+///
 /// Why: far away, rate times relief is what the image shows (bas-relief ambiguity), and its mirror image fits almost as
 /// well. A filter linearised at rate zero and flat relief sees neither and settles on a wrong pair for good. The motion
 /// of the first seconds has only twelve parameters, so all of it can be relinearised in every frame at the price of a few
@@ -34,6 +38,7 @@ class StartAdjustment {
     double c_sigma_m = 1.0;
     double v_sigma_m_s = 1.0;
     double omega_sigma_rad_s = 1.0;
+    double rest_sigma_rad_s = 0.1;   ///< same for the hypothesis that the target hardly turns
     double angular_psd = 0.0;    ///< rad/s^1.5; sets how much alpha may be
   };
 
@@ -45,10 +50,12 @@ class StartAdjustment {
   /// Opens a frame's column of observations. Frames are thinned evenly once max_keyframes are stored.
   void begin_frame(double t_s);
   void observe(SlotHandle slot, const Vec2& xy, double sigma);
-  /// Improves both hypotheses by at most `steps` damped Gauss-Newton steps each.
+  /// Improves every hypothesis by at most `steps` damped Gauss-Newton steps each.
   void improve(int steps);
 
-  /// What the better hypothesis says of one feature: p = (x y rho) at its first sight and its dependence on theta.
+  static constexpr std::size_t hypothesis_count = 3;
+
+  /// What the best hypothesis says of one feature: p = (x y rho) at its first sight and its dependence on theta.
   struct TrackResult {
     Vec3 p = Vec3::Zero();
     Mat<3, 12> dp_dtheta = Mat<3, 12>::Zero();  ///< of the conditional mean
@@ -58,11 +65,12 @@ class StartAdjustment {
   struct Result {
     Theta theta = Theta::Zero();
     Mat12 covariance = Mat12::Identity();
-    double cost_margin = 0.0;  ///< cost of the rejected hypothesis minus that of the chosen one (half a chi-square)
+    std::array<Theta, hypothesis_count> thetas{};     ///< of each hypothesis
+    std::array<double, hypothesis_count> weights{};   ///< their posterior probabilities, sum 1
     std::array<TrackResult, config::max_features> tracks{};  ///< by slot index; valid where has_track()
   };
   /// not_positive_definite: nothing to hand over yet.
-  Status result(Result& out) const;
+  Status result(Result& out);
   [[nodiscard]] bool has_track(SlotHandle slot) const;
   [[nodiscard]] double span_s() const { return keyframes_ == 0 ? 0.0 : frame_t_s_[keyframes_ - 1]; }
 
@@ -82,6 +90,7 @@ class StartAdjustment {
   struct Hypothesis {
     Theta theta = Theta::Zero();
     std::array<Vec3, config::max_features> p{};  ///< tracks: x, y, rho
+    double omega_sigma_rad_s = 1.0;
     double damping = 1e-3;
     double cost = 0.0;
   };
@@ -117,9 +126,13 @@ class StartAdjustment {
   std::size_t keyframes_ = 0;
   std::uint32_t frames_seen_ = 0;
   std::uint32_t stride_ = 1;
-  std::array<Hypothesis, 2> hypotheses_{};
+  [[nodiscard]] Theta prior_weights(const Hypothesis& h) const;
+  [[nodiscard]] Theta prior_mean() const;
+  /// Minus the logarithm of the evidence, up to a constant common to all hypotheses. S: Cholesky factor of the reduced A.
+  [[nodiscard]] double negative_log_evidence(const Hypothesis& h, const Normal& normal, const Mat12& L) const;
+
+  std::array<Hypothesis, hypothesis_count> hypotheses_{};
   Normal normal_;
-  bool mirrored_ = false;
 };
 
 }  // namespace relnav
