@@ -1,5 +1,13 @@
 #pragma once
+#include <cstdint>
+
+#include "fsw/app/filter_watch.hpp"
+#include "fsw/app/flight_config.hpp"
+#include "fsw/app/frame_checks.hpp"
+#include "fsw/app/mode_table.hpp"
+#include "fsw/app/noncoop_navigator.hpp"
 #include "fsw/app/step_report.hpp"
+#include "fsw/app/telemetry_writer.hpp"
 #include "hal/camera.hpp"
 #include "hal/clock.hpp"
 #include "hal/packet_link.hpp"
@@ -7,20 +15,93 @@
 
 namespace relnav::app {
 
-// API announced for those who build around it; the body follows.
-struct FlightLoopConfig;
-
-/// One step() a frame: lease, predict, match, update, detect, report, release.
+/// One step() a frame: lease, check, navigate, judge, report, release. Modes as in mode_table.hpp. The clock only
+/// measures stage times (and the age of frames, if limited): the same frames give the same packets, bit for bit.
 class FlightLoop {
  public:
   FlightLoop(hal::Camera& camera, hal::Clock& clock, hal::PacketLink& link, hal::Watchdog& watchdog);
-  /// Validates and takes the configuration; the loop is then in STANDBY.
+
+  /// Takes the configuration; the loop is then in STANDBY with all counts zero. invalid_argument: some value is outside
+  /// its domain, the camera's image is larger than config.hpp allows, or the loop is not in STANDBY; nothing changes then.
   Status configure(const FlightLoopConfig& config);
-  /// STANDBY -> ACQUIRE; starts the camera.
+  /// STANDBY -> ACQUIRE; starts the camera. not_configured; invalid_argument: not in STANDBY; the camera's own errors.
   Status start();
-  /// Processes at most one frame. report.status: ok; no_data (no frame came); out_of_order, incomplete, invalid_argument,
-  /// device_lost (frame or camera refused, an EVENT packet says so; the loop goes on).
+  /// To STANDBY; stops the camera and gives its answer. The estimate is given up, counts stay.
+  Status stop();
+
+  /// Processes at most one frame. report.status:
+  /// ok: a frame was processed and report.state is valid.
+  /// no_data, timeout: no frame came. too_few_features: a good frame, but nothing to start the estimate on.
+  /// Frame not used: out_of_order (time stamp repeats or goes back), outside_domain (impossible time stamp),
+  /// invalid_argument (size), unsupported (pixel format), incomplete (damaged, without contrast, or frozen).
+  /// not_finite, not_positive_definite, no_convergence: the filter failed its checks and is given up.
+  /// device_lost: camera gone, each step tries to start it. not_configured: not started.
+  /// Whatever happens an EVENT packet says so and the loop goes on.
   const StepReport& step();
+
+  [[nodiscard]] Mode mode() const { return report_.mode; }
+  [[nodiscard]] const StepReport& report() const { return report_; }
+  /// Answer to the latest kick.
+  [[nodiscard]] Status watchdog_status() const { return watchdog_status_; }
+
+ private:
+  struct Counts {
+    std::uint32_t frames = 0;  ///< frames and faults in their place since start; the clock of the event log
+    std::uint32_t processed = 0;
+    std::uint32_t refused = 0;
+    std::uint32_t incomplete = 0;
+    std::uint32_t lost = 0;
+    std::uint16_t camera_losses = 0;
+    std::uint32_t refused_updates = 0;
+  };
+
+  [[nodiscard]] ConfigItem validate(const FlightLoopConfig& config, CameraModel& model) const;
+
+  Status take_frame();
+  Status without_frame(Status reason);
+  Status use_frame(const hal::Frame& frame);
+  Status navigate(const hal::Frame& frame);
+  void report_gap(const hal::Frame& frame, const FrameCheck& check);
+  void report_refusal(const hal::Frame& frame, const FrameCheck& check);
+
+  [[nodiscard]] bool try_to_recover_camera();
+  void lose_camera(Status reason);
+
+  /// A frame that brought nothing to the estimate: after too many in a row it is given up.
+  void count_frame_without_update(Status reason);
+  void give_up_estimate(Status reason);
+  void change_mode(Mode to, Status reason);
+
+  void begin_report();
+  void send_packets();
+  void send_health();
+  void event(telemetry::EventId id, Status status, const EventArgs& args = {});
+
+  hal::Camera& camera_;
+  hal::Clock& clock_;
+  hal::Watchdog& watchdog_;
+  FlightLoopConfig config_;
+  bool configured_ = false;
+
+  NoncoopNavigator navigator_;
+  FrameChecks checks_;
+  FilterWatch watch_;
+  TelemetryWriter telemetry_;
+
+  StepReport report_;
+  Counts counts_;
+  FrameStamp stamp_;        ///< latest frame used
+  FrameStamp event_stamp_;  ///< frame that events of this step concern
+  bool has_estimate_ = false;
+  bool frame_processed_ = false;  ///< in this step
+  bool camera_is_lost_ = false;
+  std::uint32_t recovery_attempts_ = 0;
+  std::uint16_t without_update_ = 0;  ///< frames in a row
+  std::int64_t silence_ns_ = 0;       ///< waited without a frame, by the length of the waits asked for
+  std::uint32_t reported_drops_ = 0;
+  Status watchdog_status_ = Status::ok;
 };
+
+static_assert(sizeof(FlightLoop) <= 2U * 1024U * 1024U, "static memory of the flight loop");
 
 }  // namespace relnav::app

@@ -1,0 +1,45 @@
+#include "fsw/app/event_log.hpp"
+
+namespace relnav::app {
+namespace {
+
+using telemetry::EventId;
+
+bool is_always_reported(EventId id) {
+  switch (id) {
+    case EventId::mode_changed:
+    case EventId::configuration_accepted:
+    case EventId::configuration_refused:
+    case EventId::filter_reset:
+    case EventId::track_acquired:
+    case EventId::track_lost: return true;
+    default: return false;
+  }
+}
+
+}  // namespace
+
+void EventLog::configure(std::uint32_t spacing_frames) {
+  *this = EventLog();
+  spacing_frames_ = spacing_frames;
+}
+
+bool EventLog::note(EventId id, std::uint32_t frame, telemetry::EventPacket& packet) {
+  Entry& entry = entries_[static_cast<std::size_t>(id) - 1U];
+  ++count_;
+  ++entry.occurrence;
+  if (entry.reported && !is_always_reported(id) && frame - entry.reported_at < spacing_frames_) {
+    ++entry.suppressed;
+    ++suppressed_;
+    return false;
+  }
+  packet.event_id = static_cast<std::uint16_t>(id);
+  packet.occurrence = entry.occurrence;
+  packet.suppressed = entry.suppressed;
+  entry.suppressed = 0;
+  entry.reported = true;
+  entry.reported_at = frame;
+  return true;
+}
+
+}  // namespace relnav::app

@@ -1,0 +1,42 @@
+#pragma once
+#include <cstdint>
+
+#include "fsw/app/filter_watch.hpp"
+#include "fsw/app/frame_checks.hpp"
+#include "fsw/app/noncoop_navigator.hpp"
+#include "fsw/base/time.hpp"
+#include "fsw/geometry/camera_model.hpp"
+#include "fsw/telemetry/ccsds.hpp"
+
+namespace relnav::app {
+
+/// Everything the flight loop is told. Counts are frames unless they say otherwise.
+struct FlightLoopConfig {
+  CameraIntrinsics camera;
+  NavigatorConfig navigator;
+  bool scale_known = false;  ///< the start range is a measured one: telemetry marks lengths as true metres
+
+  telemetry::PacketConfig packets;           ///< epoch_offset_ns not negative
+  std::uint16_t features_every_frames = 10;  ///< FEATURES packets; 0: none
+  std::uint16_t health_every_frames = 10;    ///< HEALTH packets; 0: none
+  std::uint16_t event_spacing_frames = 30;   ///< least distance of two reports of the same event
+
+  Duration acquire_wait{50'000'000};       ///< longest wait of one step() for a frame
+  Duration camera_silence{5'000'000'000};  ///< waited in vain for so long: the camera counts as lost
+  std::uint16_t lost_after_frames = 10;    ///< frames in a row without enough inliers, or not usable; at least 1
+  std::uint16_t min_inliers = 4;           ///< of a frame that counts as tracked
+  FrameLimits frames;                      ///< latest_time_ns is cut to what telemetry can carry
+  FilterLimits filter;
+
+  /// For a motion model; the caller adds camera and range.
+  [[nodiscard]] static FlightLoopConfig defaults(MotionKind motion) {
+    FlightLoopConfig config;
+    config.navigator.filter = NoncoopConfig::defaults(motion);
+    return config;
+  }
+};
+
+/// What is wrong with a configuration; the `item` of a configuration_refused event.
+enum class ConfigItem : std::uint8_t { none = 0, camera = 1, navigator = 2, packets = 3, limits = 4 };
+
+}  // namespace relnav::app

@@ -1,0 +1,387 @@
+#include "fsw/app/flight_loop.hpp"
+
+#include <algorithm>
+#include <cmath>
+#include <limits>
+
+namespace relnav::app {
+namespace {
+
+using telemetry::EventId;
+
+constexpr std::int64_t camera_number = 0;
+/// Whole seconds that a packet's time field can count.
+constexpr std::int64_t most_seconds_ns = 4'294'967'295'999'999'999;
+
+template <typename Count>
+void increment(Count& count) {
+  if (count < std::numeric_limits<Count>::max()) ++count;
+}
+
+EventId event_of(FrameFault fault) {
+  switch (fault) {
+    case FrameFault::size: return EventId::frame_refused_size;
+    case FrameFault::format: return EventId::frame_refused_format;
+    case FrameFault::age: return EventId::frame_refused_age;
+    case FrameFault::no_contrast: return EventId::image_without_contrast;
+    case FrameFault::frozen: return EventId::image_frozen;
+    case FrameFault::none:
+    case FrameFault::time_range:
+    case FrameFault::time_order: break;
+  }
+  return EventId::frame_refused_out_of_order;
+}
+
+/// Test ratio as an event's argument: thousandths, bounded.
+std::int64_t in_thousandths(double ratio) {
+  constexpr double most = 1e9;
+  return std::isfinite(ratio) ? static_cast<std::int64_t>(1e3 * std::clamp(ratio, 0.0, most)) : -1;
+}
+
+bool is_prediction_valid(Status update) {
+  return update == Status::ok || update == Status::not_positive_definite || update == Status::not_finite;
+}
+
+}  // namespace
+
+FlightLoop::FlightLoop(hal::Camera& camera, hal::Clock& clock, hal::PacketLink& link, hal::Watchdog& watchdog)
+    : camera_(camera), clock_(clock), watchdog_(watchdog), navigator_(clock), telemetry_(link) {}
+
+// ---- configuration and start ----
+
+ConfigItem FlightLoop::validate(const FlightLoopConfig& config, CameraModel& model) const {
+  const Expected<CameraModel> camera = CameraModel::create(config.camera);
+  if (!camera || static_cast<std::size_t>(config.camera.width_px) > config::max_image_width ||
+      static_cast<std::size_t>(config.camera.height_px) > config::max_image_height) {
+    return ConfigItem::camera;
+  }
+  model = camera.value();
+  const telemetry::PacketConfig& packets = config.packets;
+  if (telemetry::validate(packets) != Status::ok || packets.epoch_offset_ns < 0 ||
+      packets.epoch_offset_ns > most_seconds_ns) {
+    return ConfigItem::packets;
+  }
+  const FilterLimits& filter = config.filter;
+  const bool limits_valid = config.acquire_wait.ns >= 0 && config.camera_silence.ns > 0 &&
+                            config.lost_after_frames > 0 && config.frames.gap_periods > 0 &&
+                            config.frames.restart_gap.ns > 0 && config.frames.max_age.ns >= 0 &&
+                            filter.max_refused_in_a_row > 0 && filter.max_test_ratio_frames > 0 &&
+                            std::isfinite(filter.max_test_ratio) && filter.max_test_ratio > 0.0;
+  return limits_valid ? ConfigItem::none : ConfigItem::limits;
+}
+
+Status FlightLoop::configure(const FlightLoopConfig& config) {
+  if (report_.mode != Mode::standby) return Status::invalid_argument;
+  CameraModel model;
+  ConfigItem refused = validate(config, model);
+  if (refused == ConfigItem::none && navigator_.configure(config.navigator, model) != Status::ok) {
+    refused = ConfigItem::navigator;
+  }
+  if (refused != ConfigItem::none) {
+    event(EventId::configuration_refused, Status::invalid_argument, {static_cast<std::int64_t>(refused)});
+    return Status::invalid_argument;
+  }
+  const Status status = telemetry_.configure(config.packets, config.event_spacing_frames);
+  if (status != Status::ok) return status;
+  config_ = config;
+  config_.frames.latest_time_ns =
+      std::min(config.frames.latest_time_ns, most_seconds_ns - config.packets.epoch_offset_ns);
+  checks_.configure(config_.frames, static_cast<std::uint32_t>(config.camera.width_px),
+                    static_cast<std::uint32_t>(config.camera.height_px));
+  watch_.configure(config.filter);
+  watch_.restart();
+  report_ = StepReport();
+  counts_ = Counts();
+  stamp_ = event_stamp_ = FrameStamp();
+  has_estimate_ = camera_is_lost_ = false;
+  without_update_ = 0;
+  silence_ns_ = 0;
+  reported_drops_ = 0;
+  configured_ = true;
+  event(EventId::configuration_accepted, Status::ok);
+  return Status::ok;
+}
+
+Status FlightLoop::start() {
+  if (!configured_) return Status::not_configured;
+  if (report_.mode != Mode::standby) return Status::invalid_argument;
+  const Status status = camera_.start();
+  if (status != Status::ok) {
+    event(EventId::camera_lost, status, {camera_number});
+    return status;
+  }
+  camera_is_lost_ = false;
+  without_update_ = 0;
+  silence_ns_ = 0;
+  checks_.accept_new_time_base();
+  change_mode(Mode::acquire, Status::ok);
+  return Status::ok;
+}
+
+Status FlightLoop::stop() {
+  if (report_.mode == Mode::standby) return Status::ok;
+  navigator_.restart();
+  watch_.restart();
+  has_estimate_ = false;
+  change_mode(Mode::standby, Status::ok);
+  return camera_.stop();
+}
+
+// ---- one step ----
+
+const StepReport& FlightLoop::step() {
+  const Time begin = clock_.now();
+  begin_report();
+  if (report_.mode == Mode::standby) {
+    report_.status = Status::not_configured;
+  } else {
+    report_.status = take_frame();
+    const Time before = clock_.now();
+    send_packets();
+    report_.times.telemetry_ns = (clock_.now() - before).ns;
+  }
+  watchdog_status_ = watchdog_.kick();
+  report_.times.total_ns = (clock_.now() - begin).ns;
+  return report_;
+}
+
+void FlightLoop::begin_report() {
+  report_.features = report_.matched = report_.inliers = 0;
+  report_.test_ratio = 0.0;
+  report_.feature_reports.clear();
+  report_.times = StageTimes();
+  frame_processed_ = false;
+  event_stamp_ = stamp_;
+}
+
+Status FlightLoop::take_frame() {
+  if (camera_is_lost_ && !try_to_recover_camera()) {
+    count_frame_without_update(Status::device_lost);
+    return Status::device_lost;
+  }
+  const Time begin = clock_.now();
+  hal::Frame frame;
+  const Status acquired = camera_.acquire(config_.acquire_wait, frame);
+  report_.times.acquire_ns = (clock_.now() - begin).ns;
+  if (acquired != Status::ok) return without_frame(acquired);
+  silence_ns_ = 0;
+  const Status used = use_frame(frame);
+  const Status released = camera_.release(frame);
+  // A lease that cannot be given back would starve the camera: it is started anew.
+  if (released != Status::ok) lose_camera(released);
+  return used;
+}
+
+Status FlightLoop::without_frame(Status reason) {
+  switch (reason) {
+    case Status::no_data: return reason;
+    case Status::timeout:
+      silence_ns_ += config_.acquire_wait.ns;
+      if (silence_ns_ < config_.camera_silence.ns) return reason;
+      silence_ns_ = 0;
+      lose_camera(reason);
+      if (report_.mode == Mode::track || report_.mode == Mode::acquire) give_up_estimate(reason);
+      return Status::device_lost;
+    case Status::device_lost:
+    case Status::not_configured:
+    case Status::no_capacity:
+      lose_camera(reason);
+      count_frame_without_update(reason);
+      return Status::device_lost;
+    default:
+      increment(counts_.incomplete);
+      count_frame_without_update(reason);
+      event(EventId::frame_incomplete, reason, {counts_.incomplete});
+      return Status::incomplete;
+  }
+}
+
+Status FlightLoop::use_frame(const hal::Frame& frame) {
+  const FrameCheck check = checks_.check(frame, clock_.now(), clock_.id());
+  if (check.fault != FrameFault::time_range) event_stamp_ = {frame.mid_exposure, frame.sequence};
+  if (check.gap) report_gap(frame, check);
+  if (check.restart && (navigator_.has_started() || report_.mode == Mode::track)) give_up_estimate(Status::timeout);
+  if (check.fault != FrameFault::none) {
+    increment(counts_.refused);
+    report_refusal(frame, check);
+    count_frame_without_update(status_of(check.fault));
+    return status_of(check.fault);
+  }
+  return navigate(frame);
+}
+
+Status FlightLoop::navigate(const hal::Frame& frame) {
+  const vision::ImageView image{frame.pixels, static_cast<int>(frame.width_px), static_cast<int>(frame.height_px),
+                                static_cast<int>(frame.stride_bytes)};
+  stamp_ = {frame.mid_exposure, frame.sequence};
+  frame_processed_ = true;
+  increment(counts_.processed);
+  const bool was_started = navigator_.has_started();
+  const Status status = navigator_.process(image, frame.mid_exposure, report_);
+
+  if (!navigator_.has_started()) {
+    const bool too_few = status == Status::too_few_features;
+    event(too_few ? EventId::too_few_features : EventId::numerical_fault, status,
+          {0, too_few ? config_.navigator.min_start_features : 0});
+    count_frame_without_update(status);
+    return status;
+  }
+  if (!was_started && report_.mode == Mode::lost) change_mode(Mode::acquire, Status::ok);
+  if (!is_prediction_valid(status)) {
+    event(EventId::numerical_fault, status);
+    count_frame_without_update(status);
+    return status;
+  }
+  if (status != Status::ok) {
+    increment(counts_.refused_updates);
+    event(EventId::update_refused, status, {in_thousandths(report_.test_ratio), report_.matched, report_.inliers});
+  }
+  const bool starting = navigator_.filter().is_starting();
+  const Status verdict =
+      watch_.judge(navigator_.filter().state(), report_.state, {status, report_.test_ratio, starting});
+  if (verdict != Status::ok) {
+    event(EventId::numerical_fault, verdict);
+    give_up_estimate(verdict);
+    return verdict;
+  }
+  has_estimate_ = true;
+  if (!was_started) {
+    without_update_ = 0;
+    return Status::ok;
+  }
+  if (report_.inliers < config_.min_inliers) {
+    count_frame_without_update(Status::too_few_features);
+    return has_estimate_ ? Status::ok : Status::too_few_features;
+  }
+  without_update_ = 0;
+  if (report_.mode == Mode::acquire && !starting) {
+    change_mode(Mode::track, Status::ok);
+    event(EventId::track_acquired, Status::ok, {report_.features});
+  }
+  return Status::ok;
+}
+
+void FlightLoop::report_gap(const hal::Frame& frame, const FrameCheck& check) {
+  const std::uint32_t room = 0xFFFFFFFFU - counts_.lost;
+  counts_.lost += std::min(room, check.missing_by_sequence);
+  event(EventId::frame_gap, Status::ok, {frame.sequence, check.previous_sequence, check.missing_frames});
+}
+
+void FlightLoop::report_refusal(const hal::Frame& frame, const FrameCheck& check) {
+  EventArgs args{};
+  switch (check.fault) {
+    case FrameFault::size:
+      args = {frame.width_px, frame.height_px, config_.camera.width_px, config_.camera.height_px};
+      break;
+    case FrameFault::format: args = {static_cast<std::int64_t>(frame.format)}; break;
+    case FrameFault::age: args = {frame.sequence, check.age.ns, config_.frames.max_age.ns}; break;
+    case FrameFault::no_contrast: args = {check.darkest, check.brightest}; break;
+    case FrameFault::frozen: args = {check.repeats}; break;
+    case FrameFault::none:
+    case FrameFault::time_range:
+    case FrameFault::time_order: args = {frame.sequence, frame.mid_exposure.ns, check.previous_time.ns}; break;
+  }
+  // A scene without contrast or a frozen image is one happening, however long it lasts.
+  const bool is_episode = check.fault == FrameFault::no_contrast || check.fault == FrameFault::frozen;
+  if (is_episode && !check.first_in_a_row) return;
+  event(event_of(check.fault), status_of(check.fault), args);
+}
+
+// ---- camera ----
+
+void FlightLoop::lose_camera(Status reason) {
+  if (camera_is_lost_) return;
+  camera_is_lost_ = true;
+  recovery_attempts_ = 0;
+  increment(counts_.camera_losses);
+  event(EventId::camera_lost, reason, {camera_number});
+}
+
+bool FlightLoop::try_to_recover_camera() {
+  increment(recovery_attempts_);
+  if (camera_.start() != Status::ok) return false;
+  camera_is_lost_ = false;
+  event(EventId::camera_recovered, Status::ok, {camera_number, recovery_attempts_});
+  return true;
+}
+
+// ---- modes ----
+
+void FlightLoop::count_frame_without_update(Status reason) {
+  increment(without_update_);
+  if (without_update_ < config_.lost_after_frames) return;
+  if (report_.mode == Mode::track || report_.mode == Mode::acquire) {
+    give_up_estimate(reason);
+  } else {
+    checks_.accept_new_time_base();
+  }
+}
+
+void FlightLoop::give_up_estimate(Status reason) {
+  const std::uint16_t features = static_cast<std::uint16_t>(navigator_.filter().state().features().size());
+  if (report_.mode == Mode::track) event(EventId::track_lost, reason, {without_update_, features});
+  if (navigator_.has_started()) {
+    increment(report_.reset_counter);
+    event(EventId::filter_reset, reason, {report_.reset_counter});
+  }
+  navigator_.restart();
+  watch_.restart();
+  checks_.accept_new_time_base();
+  has_estimate_ = false;
+  report_.state = RelativeState();
+  if (report_.mode != Mode::lost) change_mode(Mode::lost, reason);
+}
+
+void FlightLoop::change_mode(Mode to, Status reason) {
+  const Mode from = report_.mode;
+  RELNAV_ASSERT(is_allowed(from, to));
+  report_.mode = to;
+  event(EventId::mode_changed, reason, {static_cast<std::int64_t>(from), static_cast<std::int64_t>(to)});
+}
+
+// ---- telemetry ----
+
+void FlightLoop::event(EventId id, Status status, const EventArgs& args) {
+  telemetry_.send_event(id, status, event_stamp_, counts_.frames, args);
+}
+
+void FlightLoop::send_packets() {
+  report_.refused_updates = static_cast<std::uint16_t>(std::min<std::uint32_t>(counts_.refused_updates, 0xFFFFU));
+  if (report_.status == Status::no_data || report_.status == Status::timeout) return;
+  increment(counts_.frames);
+  if (telemetry_.dropped() != reported_drops_) {
+    reported_drops_ = telemetry_.dropped();
+    event(EventId::telemetry_dropped, Status::no_capacity, {reported_drops_});
+  }
+  if (frame_processed_) {
+    telemetry_.send_state(report_, stamp_, {has_estimate_, config_.scale_known});
+    if (config_.features_every_frames > 0 && (counts_.processed - 1U) % config_.features_every_frames == 0) {
+      telemetry_.send_features(report_, stamp_);
+    }
+  }
+  if (config_.health_every_frames > 0 && (counts_.frames - 1U) % config_.health_every_frames == 0) send_health();
+}
+
+void FlightLoop::send_health() {
+  telemetry::HealthPacket p;
+  p.time_ns = static_cast<std::uint64_t>(stamp_.time.ns);
+  p.frame_sequence = stamp_.sequence;
+  p.mode = static_cast<std::uint8_t>(report_.mode);
+  if (!camera_is_lost_) p.flags |= telemetry::health::camera_streaming;
+  if (navigator_.has_started()) p.flags |= telemetry::health::filter_running;
+  p.last_status = static_cast<std::uint8_t>(report_.status);
+  p.frames_processed = counts_.processed;
+  p.frames_refused = counts_.refused;
+  p.frames_incomplete = counts_.incomplete;
+  p.frames_lost = counts_.lost;
+  p.camera_losses = counts_.camera_losses;
+  p.features = report_.features;
+  p.matched = report_.matched;
+  p.inliers = report_.inliers;
+  p.refused_updates = counts_.refused_updates;
+  p.reset_counter = static_cast<std::uint16_t>(report_.reset_counter & 0xFFFFU);
+  p.test_ratio = static_cast<float>(report_.test_ratio);
+  telemetry_.send_health(p);
+}
+
+}  // namespace relnav::app
