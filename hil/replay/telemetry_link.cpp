@@ -24,9 +24,12 @@ UdpAddress parse_udp_url(const std::string& url) {
   return address;
 }
 
-TelemetryLink::TelemetryLink(const std::string& file, Listener listener) : path_(file), listener_(std::move(listener)) {
-  const Status status = file_.open(file.c_str());
-  if (status != Status::ok) throw InputError(file, 0, "cannot be created", "a writable output folder");
+void TelemetryLink::open(const std::string& file, Listener listener) {
+  path_ = file;
+  listener_ = std::move(listener);
+  if (file_.open(file.c_str()) != Status::ok) throw InputError(file, 0, "cannot be created", "a writable output folder");
+  for (const auto& packet : early_) static_cast<void>(send(packet));
+  early_.clear();
 }
 
 void TelemetryLink::add_udp(const std::string& url) {
@@ -37,6 +40,11 @@ void TelemetryLink::add_udp(const std::string& url) {
 }
 
 Status TelemetryLink::send(std::span<const std::uint8_t> packet) {
+  if (path_.empty()) {
+    if (packet.empty() || packet.size() > max_packet_bytes()) return Status::invalid_argument;
+    early_.emplace_back(packet.begin(), packet.end());
+    return Status::ok;
+  }
   const Status status = file_.send(packet);
   if (status == Status::ok && listener_) listener_(packet);
   if ((status == Status::no_capacity || status == Status::io_error) && problem_.empty()) {

@@ -1,6 +1,7 @@
 #pragma once
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "hal/packet_link.hpp"
 #include "platform/host/file_packet_link.hpp"
@@ -13,8 +14,9 @@ class TelemetryLink final : public hal::PacketLink {
  public:
   using Listener = std::function<void(std::span<const std::uint8_t>)>;
 
-  /// Throws InputError.
-  TelemetryLink(const std::string& file, Listener listener);
+  TelemetryLink() = default;
+  /// Packets sent before are kept and written now. Throws InputError.
+  void open(const std::string& file, Listener listener);
   /// `url` is udp://HOST:PORT. Throws InputError.
   void add_udp(const std::string& url);
 
@@ -25,6 +27,7 @@ class TelemetryLink final : public hal::PacketLink {
 
  private:
   std::string path_;
+  std::vector<std::vector<std::uint8_t>> early_;
   platform::host::FilePacketLink file_;
   platform::host::UdpPacketLink udp_;
   bool has_udp_ = false;

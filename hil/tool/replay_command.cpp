@@ -82,14 +82,16 @@ int run(const Options& o) {
 
   platform::host::SteadyClock clock;
   ReplayCamera camera(std::move(images), description.width_px, description.height_px, clock, o.pace);
+  TelemetryLink link;
+  if (!o.tlm.empty()) link.add_udp(o.tlm);
+  const auto loop = make_flight_driver(setup, camera, link);
+
   prepare_run_folder(o.out, o.force);
   RunFiles files(o.out);
-  TelemetryLink link(o.out + "/telemetry.bin", [&](std::span<const std::uint8_t> packet) {
+  link.open(o.out + "/telemetry.bin", [&](std::span<const std::uint8_t> packet) {
     const std::string line = event_log_line(packet, telemetry::PacketConfig{});
     if (!line.empty()) files.add_event(line);
   });
-  if (!o.tlm.empty()) link.add_udp(o.tlm);
-  const auto loop = make_flight_driver(setup, camera, link);
 
   catch_interrupts();
   RunHistory history;

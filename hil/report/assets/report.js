@@ -81,7 +81,7 @@
     for (let a = 0; a < 3; a++) {
       const c = axisColours[a];
       columns.push(plus(values[a], bounds[a]), minus(values[a], bounds[a]));
-      series.push(line("", alpha(c, 0), { width: 0 }), line("", alpha(c, 0), { width: 0 }));
+      series.push(line("", alpha(c, 0), { width: 0, class: "bound" }), line("", alpha(c, 0), { width: 0, class: "bound" }));
       bands.push({ series: [columns.length - 1, columns.length], fill: alpha(c, 0.13) });
     }
     for (let a = 0; a < 3; a++) { columns.push(values[a]); series.push(line(axisNames[a], axisColours[a])); }
@@ -95,7 +95,7 @@
     for (let a = 0; a < 3; a++) {
       columns.push(bounds[a], negative(bounds[a]));
       const thin = { dash: [3, 4], width: 1 };
-      series.push(line(`3σ ${axisNames[a]}`, alpha(axisColours[a], 0.75), thin), line("", alpha(axisColours[a], 0.75), thin));
+      series.push(line(`3σ ${axisNames[a]}`, alpha(axisColours[a], 0.75), thin), line("", alpha(axisColours[a], 0.75), { ...thin, class: "bound" }));
     }
     plot(parent, title, note, series, columns);
   }
@@ -105,7 +105,7 @@
     const withTruth = truth ? " Dashed: truth." : "";
     against(s, "Attitude since the first pose, deg", `Rotation vector, axes of the camera. Band: 3σ.${withTruth}`, estimate.attitude, estimate.attitude_3sigma, truth && truth.attitude);
     if (truth) error(s, "Attitude error, deg", "Truth minus estimate, referred to the first pose. Dashed: the filter's 3σ.", truth.attitude_error, estimate.attitude_3sigma);
-    else error(s, "Attitude 3σ, deg", "What the filter believes.", [[], [], []].map(() => t.map(() => null)), estimate.attitude_3sigma);
+    else plot(s, "Attitude 3σ, deg", "What the filter believes of its error; there is no truth to compare with.", axisNames.map((n, a) => line(n, axisColours[a])), estimate.attitude_3sigma);
     against(s, "Rate, deg/s", `Axes of the camera. Band: 3σ.${truth ? " Dashed: truth over a window (see summary.json)." : ""}`, estimate.rate, estimate.rate_3sigma, truth && truth.rate);
     const scaled = truth ? ` Scaled by the fitted ${round(data.scale, 4)}.` : "";
     against(s, "Position, m", `Target in the camera.${scaled} Band: 3σ.${withTruth}`, estimate.position, estimate.position_3sigma, truth && truth.position);
@@ -127,8 +127,6 @@
     const seen = [...new Set(estimate.mode.filter((m) => m !== null))];
     if (seen.length > 1) plot(s, "Mode", modes.map((m, i) => `${i} ${m}`).join(" · "), [line("mode", "#1d2733", { value: (u, v) => modes[v] ?? "–" })], [estimate.mode], { range: [-0.2, 3.2] });
   }
-  // Series without a label are bounds: no entry in the legend.
-  for (const [chart] of plots) chart.root.querySelectorAll(".u-legend .u-series").forEach((row) => { if (row.querySelector(".u-label").textContent === "") row.style.display = "none"; });
   addEventListener("resize", () => plots.forEach(([chart, card]) => chart.setSize({ width: card.clientWidth - 30, height: 230 })));
 
   // Frames with features

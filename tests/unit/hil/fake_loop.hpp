@@ -28,7 +28,7 @@ class FakeLoop final : public hil::StepDriver {
     if (frame.mid_exposure <= report_.state.time) {
       report_.status = Status::out_of_order;
     } else {
-      const double angle = 0.1 * frame.mid_exposure.seconds();
+      const double angle = 0.1 * (frame.mid_exposure - Time{}).seconds();
       report_.state.time = frame.mid_exposure;
       report_.state.t_CT = Vec3(0.0, 0.0, 5.0);
       report_.state.R_CT << std::cos(angle), 0.0, std::sin(angle), 0.0, 1.0, 0.0, -std::sin(angle), 0.0, std::cos(angle);

@@ -94,8 +94,9 @@ TEST(TelemetryOut, PacketsGoToFileAndListener) {
   std::size_t heard = 0;
   const std::vector<std::uint8_t> packet{1, 2, 3};
   {
-    TelemetryLink link(scratch.path("t.bin"), [&](std::span<const std::uint8_t> bytes) { heard += bytes.size(); });
-    CHECK(link.send(packet) == Status::ok);
+    TelemetryLink link;
+    CHECK(link.send(packet) == Status::ok);  // before there is a file
+    link.open(scratch.path("t.bin"), [&](std::span<const std::uint8_t> bytes) { heard += bytes.size(); });
     CHECK(link.send(packet) == Status::ok);
     CHECK(link.send({}) == Status::invalid_argument);
     STRCMP_EQUAL("", link.problem().c_str());
@@ -105,7 +106,8 @@ TEST(TelemetryOut, PacketsGoToFileAndListener) {
 }
 
 TEST(TelemetryOut, FullDiskIsNamed) {
-  TelemetryLink link("/dev/full", {});
+  TelemetryLink link;
+  link.open("/dev/full", {});
   const std::vector<std::uint8_t> packet{1, 2, 3};
   CHECK(link.send(packet) != Status::ok);
   CHECK_MESSAGE_HOLDS(link.problem(), "/dev/full: cannot be written");
