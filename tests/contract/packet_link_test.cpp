@@ -29,7 +29,7 @@ using Packets = std::vector<std::vector<std::uint8_t>>;
 class ScriptedLinkHarness {
  public:
   relnav::hal::PacketLink& link() { return link_; }
-  bool refuse_next() { return link_.push_answer(Status::no_capacity) == Status::ok; }
+  void refuse_next() { CHECK_TRUE(link_.push_answer(Status::no_capacity) == Status::ok); }
   Packets arrived() {
     Packets packets;
     for (std::size_t i = 0; i < link_.size(); ++i) {
@@ -84,10 +84,7 @@ class FileLinkHarness {
     return observer_;
   }
   /// A limit on the size of files lets half of the packet in: the rest must be taken back.
-  bool refuse_next() {
-    refuse_ = true;
-    return true;
-  }
+  void refuse_next() { refuse_ = true; }
   Packets arrived() {
     note_growth();
     const auto content = file_.content();
@@ -176,7 +173,6 @@ class UdpLinkHarness {
  public:
   UdpLinkHarness() { CHECK_TRUE(link_.open("127.0.0.1", listener_.port()) == Status::ok); }
   relnav::hal::PacketLink& link() { return link_; }
-  bool refuse_next() { return false; }
   Packets arrived() { return listener_.received(); }
 
  private:
@@ -187,7 +183,9 @@ class UdpLinkHarness {
 }  // namespace
 
 RELNAV_PACKET_LINK_CONTRACT(ScriptedPacketLinkContract, ScriptedLinkHarness)
+RELNAV_PACKET_LINK_REFUSAL_CONTRACT(ScriptedPacketLinkContract)
 RELNAV_PACKET_LINK_CONTRACT(FilePacketLinkContract, FileLinkHarness)
+RELNAV_PACKET_LINK_REFUSAL_CONTRACT(FilePacketLinkContract)
 RELNAV_PACKET_LINK_CONTRACT(UdpPacketLinkContract, UdpLinkHarness)
 
 TEST_GROUP(ScriptedPacketLink) {
