@@ -13,10 +13,11 @@
 namespace relnav::vision {
 
 struct SpreadOptions {
-  int cell_px = 40;                 ///< side of a grid cell; at least 16
-  double min_distance_px = 12.0;    ///< to tracked features and between candidates
-  int border_px = 17;               ///< candidates keep this far from the image's edge; at least reference_half_px
-  std::int32_t min_score = 400;     ///< least minimum eigenvalue, in squared levels per pixel times 100: 400 is (2 levels)^2
+  int cell_px = 40;               ///< side of a grid cell; at least 16
+  double min_distance_px = 12.0;  ///< to tracked features and between candidates
+  int border_px = 17;             ///< candidates keep this far from the image's edge; at least reference_half_px
+  std::int32_t min_score =
+      400;  ///< least minimum eigenvalue, in squared levels per pixel times 100: 400 is (2 levels)^2
   std::int32_t good_score = 40000;  ///< from here on a better corner is not preferred to a better spread
   int max_saturated = 50;           ///< over-exposed pixels allowed in the matching window
 };

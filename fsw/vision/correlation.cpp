@@ -78,7 +78,8 @@ struct Region {
 /// Scan in progress.
 class Scan {
  public:
-  Scan(const WarpedPatch& patch, const ImageView& image, const Region& region, SearchScratch& scratch, SearchResult& result)
+  Scan(const WarpedPatch& patch, const ImageView& image, const Region& region, SearchScratch& scratch,
+       SearchResult& result)
       : patch_(patch),
         region_(region),
         columns_(region.u1 - region.u0 + 1),

@@ -14,12 +14,12 @@ inline constexpr int max_search_half_px = 40;
 inline constexpr int max_search_side_px = 2 * max_search_half_px + 1;
 
 struct SearchOptions {
-  double chi_square = 9.21;         ///< gate, 2 degrees of freedom: 99 %
+  double chi_square = 9.21;            ///< gate, 2 degrees of freedom: 99 %
   std::int32_t full_scan_limit = 600;  ///< ellipses of more pixels are first scanned on a lattice of every second pixel
 };
 
 struct SearchResult {
-  int u_px = 0;                ///< best position
+  int u_px = 0;  ///< best position
   int v_px = 0;
   double score = -1.0;         ///< correlation there, -1..1; 0 where the image is flat
   double second_score = -1.0;  ///< best further than 3 px away in u or v; -1 when there is none
@@ -31,9 +31,9 @@ struct SearchResult {
 /// Working memory of search(); contents are of no interest to the caller.
 struct SearchScratch {
   static constexpr int region_stride = max_search_side_px + window_stride - 1;
-  alignas(16) std::array<std::int16_t, static_cast<std::size_t>((max_search_side_px + window_side_px - 1) * region_stride)>
-      region{};
-  std::array<std::int16_t, static_cast<std::size_t>(max_search_side_px * max_search_side_px)> scores_q14{};
+  alignas(16) std::array<std::int16_t,
+                         static_cast<std::size_t>((max_search_side_px + window_side_px - 1) * region_stride)> region{};
+  std::array<std::int16_t, static_cast<std::size_t>(max_search_side_px* max_search_side_px)> scores_q14{};
 };
 
 /// Zero-mean normalised cross-correlation of the patch with the window about pixel (u, v), which lies inside the image.

@@ -15,8 +15,22 @@ constexpr std::size_t max_blocks = config::max_image_width / lanes + 1;
 constexpr std::size_t row_pad = lanes;
 
 /// Circle of radius 3, consecutive.
-constexpr std::array<std::array<int, 2>, 16> circle{{{0, 3}, {1, 3}, {2, 2}, {3, 1}, {3, 0}, {3, -1}, {2, -2}, {1, -3},
-                                                     {0, -3}, {-1, -3}, {-2, -2}, {-3, -1}, {-3, 0}, {-3, 1}, {-2, 2}, {-1, 3}}};
+constexpr std::array<std::array<int, 2>, 16> circle{{{0, 3},
+                                                     {1, 3},
+                                                     {2, 2},
+                                                     {3, 1},
+                                                     {3, 0},
+                                                     {3, -1},
+                                                     {2, -2},
+                                                     {1, -3},
+                                                     {0, -3},
+                                                     {-1, -3},
+                                                     {-2, -2},
+                                                     {-3, -1},
+                                                     {-3, 0},
+                                                     {-3, 1},
+                                                     {-2, 2},
+                                                     {-1, 3}}};
 
 using Ring = std::array<U8x16, 16>;
 

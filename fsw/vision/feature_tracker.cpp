@@ -33,8 +33,7 @@ MatchOutcome FeatureTracker::match_one(const ImageView& image, const FeaturePred
   if (warped != Status::ok || warped_.variance_q6 <= 0) return MatchOutcome::not_matchable;
 
   SearchResult found;
-  const Status searched =
-      search(warped_, image, prediction.uv_px, prediction.S_px2, options_.search, scratch_, found);
+  const Status searched = search(warped_, image, prediction.uv_px, prediction.S_px2, options_.search, scratch_, found);
   report.positions += static_cast<std::uint32_t>(found.positions);
   report.capped += found.capped ? 1U : 0U;
   report.on_lattice += found.on_lattice ? 1U : 0U;

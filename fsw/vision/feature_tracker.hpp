@@ -37,11 +37,11 @@ struct TrackerOptions {
 struct MatchReport {
   BoundedVector<MatchOutcome, config::max_features> outcomes;  ///< one per prediction, in their order
   std::uint32_t matched = 0;
-  std::uint32_t positions = 0;    ///< correlations computed
-  std::uint32_t capped = 0;       ///< search regions cut at max_search_half_px
-  std::uint32_t on_lattice = 0;   ///< search regions scanned coarsely first
-  std::uint32_t quadratic = 0;    ///< positions from the quadratic fit
-  std::uint32_t iterations = 0;   ///< of the sub-pixel refinement, all features
+  std::uint32_t positions = 0;   ///< correlations computed
+  std::uint32_t capped = 0;      ///< search regions cut at max_search_half_px
+  std::uint32_t on_lattice = 0;  ///< search regions scanned coarsely first
+  std::uint32_t quadratic = 0;   ///< positions from the quadratic fit
+  std::uint32_t iterations = 0;  ///< of the sub-pixel refinement, all features
 };
 
 /// Finds features again by the patch of their first view. Fixed memory, one patch per slot of the filter.
@@ -59,7 +59,8 @@ class FeatureTracker {
 
   /// Looks for every prediction and replaces `matches` (in the order of the predictions) and `report`.
   /// invalid_argument: unusable image.
-  Status match(const ImageView& image, const FeaturePredictions& predictions, FeatureMatches& matches, MatchReport& report);
+  Status match(const ImageView& image, const FeaturePredictions& predictions, FeatureMatches& matches,
+               MatchReport& report);
 
  private:
   struct Entry {

@@ -81,7 +81,8 @@ Status warp_patch(const ReferencePatch& reference, const Mat2& warp, const WarpL
   const double ic = -c / determinant;
   const double id = a / determinant;
   constexpr double reach = static_cast<double>(reference_half_px) - 2.01;
-  if (!((std::fabs(ia) + std::fabs(ib)) * margin_half <= reach && (std::fabs(ic) + std::fabs(id)) * margin_half <= reach)) {
+  if (!((std::fabs(ia) + std::fabs(ib)) * margin_half <= reach &&
+        (std::fabs(ic) + std::fabs(id)) * margin_half <= reach)) {
     return Status::outside_domain;
   }
 

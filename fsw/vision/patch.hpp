@@ -9,22 +9,22 @@
 
 namespace relnav::vision {
 
-inline constexpr int window_half_px = 6;                        ///< matching window: 13 x 13
+inline constexpr int window_half_px = 6;  ///< matching window: 13 x 13
 inline constexpr int window_side_px = 2 * window_half_px + 1;
-inline constexpr int window_stride = 16;                        ///< rows are padded with zeros to whole vectors
+inline constexpr int window_stride = 16;  ///< rows are padded with zeros to whole vectors
 inline constexpr int window_pixels = window_side_px * window_side_px;
-inline constexpr int reference_half_px = 17;                    ///< stored patch: 35 x 35, the border is for warping
+inline constexpr int reference_half_px = 17;  ///< stored patch: 35 x 35, the border is for warping
 inline constexpr int reference_side_px = 2 * reference_half_px + 1;
-inline constexpr int level_scale = 8;                           ///< grey levels are kept in eighths (Q3)
+inline constexpr int level_scale = 8;  ///< grey levels are kept in eighths (Q3)
 static_assert(window_side_px <= window_stride);
 
 /// What a feature looked like when first seen; its position is the centre pixel.
 struct ReferencePatch {
-  std::array<std::uint8_t, static_cast<std::size_t>(reference_side_px * reference_side_px)> levels{};
+  std::array<std::uint8_t, static_cast<std::size_t>(reference_side_px* reference_side_px)> levels{};
 };
 
 /// One number per pixel of the matching window; row r begins at r * window_stride.
-using WindowArray = std::array<std::int16_t, static_cast<std::size_t>(window_side_px * window_stride)>;
+using WindowArray = std::array<std::int16_t, static_cast<std::size_t>(window_side_px* window_stride)>;
 
 /// What the patch should look like in the current image.
 struct WarpedPatch {

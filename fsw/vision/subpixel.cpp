@@ -18,7 +18,7 @@ constexpr int around_stride = 24;
 constexpr int fraction_bits = cubic_fraction_bits;
 constexpr int one = 1 << fraction_bits;
 
-using Around = std::array<std::int16_t, static_cast<std::size_t>(around_side * around_stride)>;  // rest of a row: zeros
+using Around = std::array<std::int16_t, static_cast<std::size_t>(around_side* around_stride)>;  // rest of a row: zeros
 using Vec4 = std::array<double, 4>;
 
 /// Sum of the products of two windows.
@@ -68,7 +68,8 @@ class BrightnessModel {
   BrightnessModel(const WarpedPatch& patch, const WindowArray& mask) {
     const std::array<const WindowArray*, 3> sources{&patch.gradient_u_q3, &patch.gradient_v_q3, &patch.level_q3};
     for (std::size_t k = 0; k < 3; ++k) {
-      for (std::size_t i = 0; i < mask.size(); ++i) columns_[k][i] = static_cast<std::int16_t>((*sources[k])[i] & mask[i]);
+      for (std::size_t i = 0; i < mask.size(); ++i)
+        columns_[k][i] = static_cast<std::int16_t>((*sources[k])[i] & mask[i]);
     }
     for (std::size_t i = 0; i < mask.size(); ++i) columns_[3][i] = static_cast<std::int16_t>(-mask[i]);
     for (std::size_t r = 0; r < 4; ++r) {
@@ -156,7 +157,7 @@ bool vertex(double before, double centre, double after, double& offset) {
 
 Status fit_quadratic(const WarpedPatch& patch, const ImageView& image, int u_px, int v_px, double score,
                      const SubpixelOptions& options, SubpixelResult& result) {
-  if (!image.contains(u_px, v_px, window_half_px + 1)) return Status::rank_deficient;
+  if (!options.quadratic_fallback || !image.contains(u_px, v_px, window_half_px + 1)) return Status::rank_deficient;
   double du = 0.0;
   double dv = 0.0;
   if (!vertex(correlation_at(patch, image, u_px - 1, v_px), score, correlation_at(patch, image, u_px + 1, v_px), du) ||
@@ -223,7 +224,7 @@ Status refine(const WarpedPatch& patch, const ImageView& image, int u_px, int v_
   const double mean = 0.5 * (first[0] + second[1]);
   const double larger = mean + std::sqrt(squared(0.5 * (first[0] - second[1])) + squared(first[1]));
   const double variance = residual / (model.pixels() - 4.0) * (4.0 / squared(fit[2])) * larger;
-  result.sigma_px = std::clamp(std::sqrt(variance), options.min_sigma_px, options.max_sigma_px);
+  result.sigma_px = std::clamp(options.sigma_scale * std::sqrt(variance), options.min_sigma_px, options.max_sigma_px);
   result.uv_px = Vec2(static_cast<double>(u_px) + static_cast<double>(du_q8) / one,
                       static_cast<double>(v_px) + static_cast<double>(dv_q8) / one);
   return Status::ok;

@@ -34,7 +34,8 @@ cv::Mat made_up_frame() {
   }
   for (int v = 0; v < frame.rows; ++v) {
     for (int u = 0; u < frame.cols; ++u) {
-      frame.at<std::uint8_t>(v, u) = cv::saturate_cast<std::uint8_t>(frame.at<std::uint8_t>(v, u) + static_cast<int>(generator.below(3)) - 1);
+      frame.at<std::uint8_t>(v, u) =
+          cv::saturate_cast<std::uint8_t>(frame.at<std::uint8_t>(v, u) + static_cast<int>(generator.below(3)) - 1);
     }
   }
   return frame;
@@ -54,9 +55,7 @@ const cv::Mat& frame() {
   return the_frame;
 }
 
-vision::ImageView view() {
-  return {frame().data, frame().cols, frame().rows, static_cast<int>(frame().step)};
-}
+vision::ImageView view() { return {frame().data, frame().cols, frame().rows, static_cast<int>(frame().step)}; }
 
 void check_equal_once() {
   std::vector<cv::KeyPoint> theirs;

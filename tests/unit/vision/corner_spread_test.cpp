@@ -11,8 +11,8 @@
 namespace relnav::vision {
 namespace {
 
-using test::OwnedImage;
 using test::facets;
+using test::OwnedImage;
 
 std::vector<FastCorner> corners_of(const OwnedImage& image) {
   std::vector<FastCorner> corners(20000);

@@ -11,8 +11,8 @@
 namespace relnav::vision {
 namespace {
 
-using test::OwnedImage;
 using test::facets;
+using test::OwnedImage;
 
 WarpedPatch patch_at(const OwnedImage& image, int u, int v) {
   ReferencePatch reference;
@@ -52,7 +52,8 @@ struct Best {
   double score = -2.0;
 };
 
-Best plain_search(const OwnedImage& reference, int ur, int vr, const OwnedImage& image, const Vec2& uv, const Mat2& S, double gate) {
+Best plain_search(const OwnedImage& reference, int ur, int vr, const OwnedImage& image, const Vec2& uv, const Mat2& S,
+                  double gate) {
   Best best;
   const double determinant = S(0, 0) * S(1, 1) - S(0, 1) * S(0, 1);
   for (int v = window_half_px; v < image.height() - window_half_px; ++v) {
@@ -72,9 +73,7 @@ Best plain_search(const OwnedImage& reference, int ur, int vr, const OwnedImage&
 
 }  // namespace
 
-TEST_GROUP(Correlation) {
-  std::unique_ptr<SearchScratch> scratch = std::make_unique<SearchScratch>();
-};
+TEST_GROUP(Correlation) { std::unique_ptr<SearchScratch> scratch = std::make_unique<SearchScratch>(); };
 
 TEST(Correlation, equals_the_definition) {
   const OwnedImage a = facets(120, 100, 11);
@@ -119,14 +118,16 @@ TEST(Correlation, largest_sums_do_not_overflow) {
     for (int u = 0; u < 60; ++u) image.at(u, v) = static_cast<std::uint8_t>((u ^ v) % 5 == 0 ? 0 : 255);
   }
   const WarpedPatch patch = patch_at(image, 30, 30);
-  DOUBLES_EQUAL(plain_correlation(image.view(), 30, 30, image.view(), 25, 33), correlation_at(patch, image.view(), 25, 33), 1e-12);
+  DOUBLES_EQUAL(plain_correlation(image.view(), 30, 30, image.view(), 25, 33),
+                correlation_at(patch, image.view(), 25, 33), 1e-12);
 }
 
 TEST(Correlation, search_visits_the_ellipse_and_finds_its_best) {
   const OwnedImage a = facets(160, 140, 21);
   OwnedImage b = facets(160, 140, 22);
   for (int v = 0; v < 40; ++v) {
-    for (int u = 0; u < 40; ++u) b.at(60 + u, 50 + v) = static_cast<std::uint8_t>((*a.view().at(60 + u, 50 + v) + b.at(60 + u, 50 + v)) / 2);
+    for (int u = 0; u < 40; ++u)
+      b.at(60 + u, 50 + v) = static_cast<std::uint8_t>((*a.view().at(60 + u, 50 + v) + b.at(60 + u, 50 + v)) / 2);
   }
   const WarpedPatch patch = patch_at(a, 80, 70);
   Mat2 skewed;
@@ -163,7 +164,8 @@ TEST(Correlation, a_large_ellipse_is_scanned_on_a_lattice_and_gives_the_same_pea
     SearchResult coarse;
     SearchResult full;
     SearchOptions options;
-    CHECK(search(patch, b.view(), Vec2(100.0, 100.0), Mat2::Identity() * 60.0, options, *scratch, coarse) == Status::ok);
+    CHECK(search(patch, b.view(), Vec2(100.0, 100.0), Mat2::Identity() * 60.0, options, *scratch, coarse) ==
+          Status::ok);
     options.full_scan_limit = 100000;
     CHECK(search(patch, b.view(), Vec2(100.0, 100.0), Mat2::Identity() * 60.0, options, *scratch, full) == Status::ok);
     CHECK(coarse.on_lattice);
@@ -182,7 +184,8 @@ TEST(Correlation, an_endless_ellipse_is_capped) {
   SearchResult result;
   SearchOptions options;
   options.full_scan_limit = std::numeric_limits<std::int32_t>::max();
-  CHECK(search(patch, image.view(), Vec2(150.3, 149.9), Mat2::Identity() * 1e4, options, *scratch, result) == Status::ok);
+  CHECK(search(patch, image.view(), Vec2(150.3, 149.9), Mat2::Identity() * 1e4, options, *scratch, result) ==
+        Status::ok);
   CHECK(result.capped);
   CHECK_EQUAL(80 * 80, result.positions);  // whole pixels within 40 of a centre between pixels
   CHECK_EQUAL(150, result.u_px);
@@ -219,7 +222,8 @@ TEST(Correlation, what_cannot_be_searched_is_refused) {
   CHECK(search(patch, image.view(), Vec2(40.0, 40.0), S * nan, {}, *scratch, result) == Status::not_finite);
   Mat2 indefinite;
   indefinite << 1.0, 2.0, 2.0, 1.0;
-  CHECK(search(patch, image.view(), Vec2(40.0, 40.0), indefinite, {}, *scratch, result) == Status::not_positive_definite);
+  CHECK(search(patch, image.view(), Vec2(40.0, 40.0), indefinite, {}, *scratch, result) ==
+        Status::not_positive_definite);
   const OwnedImage tiny(12, 12);
   CHECK(search(patch, tiny.view(), Vec2(6.0, 6.0), S, {}, *scratch, result) == Status::outside_domain);
 }

@@ -16,8 +16,8 @@
 namespace relnav::vision {
 namespace {
 
-using test::OwnedImage;
 using test::facets;
+using test::OwnedImage;
 
 std::vector<FastCorner> ours(const OwnedImage& image, const FastOptions& options) {
   std::vector<FastCorner> corners(200000);
@@ -37,7 +37,8 @@ const bool opencv_is_warm = [] {
 
 std::vector<cv::KeyPoint> opencv(OwnedImage& image, int threshold, bool suppress) {
   CHECK(opencv_is_warm);
-  const cv::Mat mat(image.height(), image.width(), CV_8UC1, image.data(), static_cast<std::size_t>(image.view().stride));
+  const cv::Mat mat(image.height(), image.width(), CV_8UC1, image.data(),
+                    static_cast<std::size_t>(image.view().stride));
   std::vector<cv::KeyPoint> points;
   cv::FAST(mat, points, threshold, suppress, cv::FastFeatureDetector::TYPE_9_16);
   return points;
@@ -45,8 +46,22 @@ std::vector<cv::KeyPoint> opencv(OwnedImage& image, int threshold, bool suppress
 
 /// Longest run of circle pixels brighter (sign 1) or darker (sign -1) than the centre by more than the threshold.
 bool is_corner(const ImageView& image, int u, int v, int threshold) {
-  constexpr std::array<std::array<int, 2>, 16> circle{{{0, -3}, {1, -3}, {2, -2}, {3, -1}, {3, 0}, {3, 1}, {2, 2}, {1, 3},
-                                                       {0, 3}, {-1, 3}, {-2, 2}, {-3, 1}, {-3, 0}, {-3, -1}, {-2, -2}, {-1, -3}}};
+  constexpr std::array<std::array<int, 2>, 16> circle{{{0, -3},
+                                                       {1, -3},
+                                                       {2, -2},
+                                                       {3, -1},
+                                                       {3, 0},
+                                                       {3, 1},
+                                                       {2, 2},
+                                                       {1, 3},
+                                                       {0, 3},
+                                                       {-1, 3},
+                                                       {-2, 2},
+                                                       {-3, 1},
+                                                       {-3, 0},
+                                                       {-3, -1},
+                                                       {-2, -2},
+                                                       {-1, -3}}};
   for (const int sign : {1, -1}) {
     int run = 0;
     for (std::size_t i = 0; i < 16 + 8; ++i) {
@@ -63,8 +78,18 @@ bool is_corner(const ImageView& image, int u, int v, int threshold) {
 TEST_GROUP(FastCorners){};
 
 TEST(FastCorners, equals_opencv_on_every_size_stride_and_threshold) {
-  constexpr std::array<std::array<int, 3>, 12> sizes{{{7, 7, 0}, {8, 30, 3}, {21, 21, 0}, {22, 40, 5}, {23, 23, 1}, {37, 41, 0},
-                                                      {64, 48, 16}, {101, 67, 11}, {255, 33, 0}, {320, 240, 0}, {641, 479, 7}, {1024, 40, 0}}};
+  constexpr std::array<std::array<int, 3>, 12> sizes{{{7, 7, 0},
+                                                      {8, 30, 3},
+                                                      {21, 21, 0},
+                                                      {22, 40, 5},
+                                                      {23, 23, 1},
+                                                      {37, 41, 0},
+                                                      {64, 48, 16},
+                                                      {101, 67, 11},
+                                                      {255, 33, 0},
+                                                      {320, 240, 0},
+                                                      {641, 479, 7},
+                                                      {1024, 40, 0}}};
   std::size_t seen = 0;
   for (const auto& [width, height, slack] : sizes) {
     OwnedImage image = facets(width, height, static_cast<std::uint64_t>(width), slack);
@@ -75,7 +100,8 @@ TEST(FastCorners, equals_opencv_on_every_size_stride_and_threshold) {
         options.suppress_non_maxima = suppress;
         const std::vector<FastCorner> corners = ours(image, options);
         const std::vector<cv::KeyPoint> expected = opencv(image, threshold, suppress);
-        const std::string where = std::to_string(width) + "x" + std::to_string(height) + " t " + std::to_string(threshold);
+        const std::string where =
+            std::to_string(width) + "x" + std::to_string(height) + " t " + std::to_string(threshold);
         CHECK_EQUAL_TEXT(expected.size(), corners.size(), where.c_str());
         for (std::size_t i = 0; i < corners.size(); ++i) {
           CHECK_EQUAL_TEXT(std::lround(expected[i].pt.x), corners[i].u_px, where.c_str());
@@ -107,8 +133,9 @@ TEST(FastCorners, region_holds_the_corners_whose_centre_is_in_it) {
   FastOptions options;
   options.suppress_non_maxima = false;
   const std::vector<FastCorner> all = ours(image, options);
-  for (const PixelRegion& region : {PixelRegion{10, 20, 131, 97}, PixelRegion{50, 0, 61, 400}, PixelRegion{-5, 30, 30, 31},
-                                    PixelRegion{184, 140, 500, 500}, PixelRegion{60, 60, 60, 90}}) {
+  for (const PixelRegion& region :
+       {PixelRegion{10, 20, 131, 97}, PixelRegion{50, 0, 61, 400}, PixelRegion{-5, 30, 30, 31},
+        PixelRegion{184, 140, 500, 500}, PixelRegion{60, 60, 60, 90}}) {
     options.region = region;
     std::vector<FastCorner> expected;
     for (const FastCorner& c : all) {
@@ -127,7 +154,8 @@ TEST(FastCorners, without_room_the_strongest_are_kept_in_raster_order) {
   CHECK(all.size() > 100);
   for (const std::size_t room : {std::size_t{0}, std::size_t{1}, all.size() / 3, all.size() - 1, all.size()}) {
     std::vector<FastCorner> strongest = all;
-    std::stable_sort(strongest.begin(), strongest.end(), [](const auto& a, const auto& b) { return a.score > b.score; });
+    std::stable_sort(strongest.begin(), strongest.end(),
+                     [](const auto& a, const auto& b) { return a.score > b.score; });
     strongest.resize(room);
     std::vector<FastCorner> corners(room);
     const FastResult result = detect_fast(image.view(), options, corners);
@@ -158,8 +186,9 @@ TEST(FastCorners, images_too_small_have_none_and_unusable_ones_are_refused) {
   for (const int side : {1, 6}) CHECK(ours(facets(side, side, 1), {}).empty());
   std::vector<FastCorner> corners(4);
   const OwnedImage image(64, 64);
-  for (const ImageView& bad : {ImageView{}, ImageView{image.view().pixels, 64, 64, 63}, ImageView{image.view().pixels, 0, 64, 64},
-                               ImageView{image.view().pixels, static_cast<int>(config::max_image_width) + 1, 1, 5000}}) {
+  for (const ImageView& bad :
+       {ImageView{}, ImageView{image.view().pixels, 64, 64, 63}, ImageView{image.view().pixels, 0, 64, 64},
+        ImageView{image.view().pixels, static_cast<int>(config::max_image_width) + 1, 1, 5000}}) {
     CHECK(detect_fast(bad, {}, corners).status == Status::invalid_argument);
   }
 }

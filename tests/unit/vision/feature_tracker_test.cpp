@@ -14,8 +14,8 @@
 namespace relnav::vision {
 namespace {
 
-using test::OwnedImage;
 using test::facets;
+using test::OwnedImage;
 
 FeaturePrediction prediction(SlotHandle slot, double u, double v, double sigma_px = 1.0) {
   FeaturePrediction p;
@@ -57,7 +57,7 @@ TEST(FeatureTracker, finds_a_shifted_and_dimmed_patch) {
   DOUBLES_EQUAL(82.3, matches[0].uv_px(0), 0.02);
   DOUBLES_EQUAL(68.6, matches[0].uv_px(1), 0.02);
   CHECK(matches[0].score > 0.8);
-  CHECK(matches[0].sigma_px >= 0.05 && matches[0].sigma_px < 0.2);
+  CHECK(matches[0].sigma_px >= 0.1 && matches[0].sigma_px < 0.2);
 }
 
 TEST(FeatureTracker, finds_a_warped_patch_only_with_its_warp) {
@@ -152,7 +152,8 @@ TEST(FeatureTracker, runs_repeat_bit_for_bit) {
   warp << 1.02, 0.03, -0.02, 0.97;
   for (std::uint16_t i = 0; i < candidates.size(); ++i) {
     CHECK(tracker->store({i, 0}, first.view(), candidates[i].u_px, candidates[i].v_px) == Status::ok);
-    FeaturePrediction p = prediction({i, 0}, candidates[i].u_px + 0.25, candidates[i].v_px - 0.5, i % 2 == 0 ? 1.5 : 9.0);
+    FeaturePrediction p =
+        prediction({i, 0}, candidates[i].u_px + 0.25, candidates[i].v_px - 0.5, i % 2 == 0 ? 1.5 : 9.0);
     p.warp = warp;
     CHECK(predictions.push_back(p) == Status::ok);
   }
@@ -165,7 +166,7 @@ TEST(FeatureTracker, runs_repeat_bit_for_bit) {
     add(match.sigma_px);
     add(match.score);
   }
-  CHECK_EQUAL(std::uint64_t{15937493448815863533ULL}, hash);
+  CHECK_EQUAL(std::uint64_t{8150648959863941964ULL}, hash);
 }
 
 }  // namespace relnav::vision

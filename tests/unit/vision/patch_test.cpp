@@ -57,8 +57,8 @@ TEST(Patch, identity_keeps_levels_and_gradients_exactly) {
 
 TEST(Patch, warp_samples_the_reference_at_the_inverse_offset) {
   const double angle = 0.4;
-  for (const Mat2& warp : {matrix(std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle)), matrix(0.6, 0.0, 0.0, 1.0),
-                           matrix(1.6, 0.0, 0.0, 1.5), matrix(0.8, 0.2, -0.1, 1.1)}) {
+  for (const Mat2& warp : {matrix(std::cos(angle), -std::sin(angle), std::sin(angle), std::cos(angle)),
+                           matrix(0.6, 0.0, 0.0, 1.0), matrix(1.6, 0.0, 0.0, 1.5), matrix(0.8, 0.2, -0.1, 1.1)}) {
     CHECK(warp_patch(reference, warp, {}, patch) == Status::ok);
     const Mat2 inverse = warp.inverse();
     double squares = 0.0;
@@ -83,8 +83,10 @@ TEST(Patch, warps_that_leave_the_stored_border_or_the_limits_are_refused) {
   CHECK(warp_patch(reference, matrix(-1.0, 0.0, 0.0, 1.0), {}, patch) == Status::outside_domain);
   CHECK(warp_patch(reference, Mat2::Zero(), {}, patch) == Status::outside_domain);
   CHECK(warp_patch(reference, matrix(1e200, 1e200, 0.0, 1e-200), {}, patch) == Status::outside_domain);
-  CHECK(warp_patch(reference, matrix(std::numeric_limits<double>::infinity(), 0.0, 0.0, 1.0), {}, patch) == Status::not_finite);
-  CHECK(warp_patch(reference, matrix(1.0, std::numeric_limits<double>::quiet_NaN(), 0.0, 1.0), {}, patch) == Status::not_finite);
+  CHECK(warp_patch(reference, matrix(std::numeric_limits<double>::infinity(), 0.0, 0.0, 1.0), {}, patch) ==
+        Status::not_finite);
+  CHECK(warp_patch(reference, matrix(1.0, std::numeric_limits<double>::quiet_NaN(), 0.0, 1.0), {}, patch) ==
+        Status::not_finite);
 }
 
 TEST(Patch, overexposed_pixels_are_marked_with_their_neighbours) {
