@@ -1,11 +1,62 @@
 #include "hil/replay/flight_driver.hpp"
 
+#include "fsw/app/flight_loop.hpp"
 #include "hil/io/input_error.hpp"
+#include "hil/replay/flight_config_file.hpp"
+#include "platform/host/steady_clock.hpp"
 
 namespace relnav::hil {
+namespace {
 
-std::unique_ptr<StepDriver> make_flight_driver(const FlightSetup&, hal::Camera&, hal::PacketLink&) {
-  throw InputError("replay", 0, "the flight loop is not in this build yet", "a build with fsw/app");
+/// A replay has nothing to be made safe.
+class NoWatchdog final : public hal::Watchdog {
+ public:
+  Status kick() override { return Status::ok; }
+  Status trip() override { return Status::ok; }
+};
+
+class FlightDriver final : public StepDriver {
+ public:
+  FlightDriver(hal::Camera& camera, hal::PacketLink& link) : loop_(camera, clock_, link, watchdog_) {}
+  Status configure(const app::FlightLoopConfig& config) { return loop_.configure(config); }
+  Status start() override { return loop_.start(); }
+  const app::StepReport& step() override { return loop_.step(); }
+
+ private:
+  platform::host::SteadyClock clock_;
+  NoWatchdog watchdog_;
+  app::FlightLoop loop_;
+};
+
+void check_camera(const FlightSetup& setup) {
+  const CameraIntrinsics& c = setup.camera.intrinsics;
+  if (static_cast<std::size_t>(c.width_px) > config::max_image_width || static_cast<std::size_t>(c.height_px) > config::max_image_height) {
+    throw InputError(setup.camera_file, 0, "resolution " + std::to_string(c.width_px) + " x " + std::to_string(c.height_px) + " is larger than this build takes",
+                     "at most " + std::to_string(config::max_image_width) + " x " + std::to_string(config::max_image_height) +
+                         "; RELNAV_MAX_IMAGE_WIDTH and _HEIGHT set it");
+  }
+  if (!CameraModel::create(c)) throw InputError(setup.camera_file, 0, "the camera model refuses these numbers", "a usable pinhole camera");
+}
+
+}  // namespace
+
+std::unique_ptr<StepDriver> make_flight_driver(const FlightSetup& setup, hal::Camera& camera, hal::PacketLink& link) {
+  check_camera(setup);
+  auto config = app::FlightLoopConfig::defaults(setup.rigid_target ? MotionKind::rigid_target : MotionKind::camera);
+  config.camera = setup.camera.intrinsics;
+  if (!setup.config_file.empty()) read_flight_config(setup.config_file, config);
+  if (setup.range_m > 0.0) config.navigator.filter.range_m = setup.range_m;
+  if (setup.range_sigma_m >= 0.0) {
+    config.navigator.filter.range_sigma_m = setup.range_sigma_m;
+    config.scale_known = true;  // a range with its accuracy is a measured one
+  }
+  auto driver = std::make_unique<FlightDriver>(camera, link);
+  const Status status = driver->configure(config);
+  if (status != Status::ok) {
+    throw InputError(setup.config_file.empty() ? setup.camera_file : setup.config_file, 0,
+                     std::string("the flight loop refuses the configuration: ") + to_string(status), "values inside their domains");
+  }
+  return driver;
 }
 
 }  // namespace relnav::hil

@@ -12,6 +12,7 @@ namespace relnav::hil {
 /// How the flight loop is to be set up, as far as the command line says.
 struct FlightSetup {
   CameraCalibration camera;
+  std::string camera_file;     ///< where it was read, for messages
   bool rigid_target = true;    ///< else: moving camera
   double range_m = 0.0;        ///< start range, which also sets the scale; 0: the configuration's
   double range_sigma_m = -1.0; ///< negative: the configuration's

@@ -13,7 +13,7 @@ FrameRecord record_of(const app::StepReport& report, Time time) {
   r.time = time;
   r.status = report.status;
   r.mode = report.mode;
-  r.has_pose = report.status == Status::ok && report.mode == app::Mode::track;
+  r.has_pose = report.status == Status::ok && report.state.t_CT.allFinite() && report.state.R_CT.allFinite();
   r.state = report.state;
   r.reset_counter = report.reset_counter;
   r.features = report.features;
@@ -41,6 +41,12 @@ Snapshot snapshot_of(const app::StepReport& report, const ReplayCamera& camera) 
   s.mode = report.mode;
   s.features.assign(report.feature_reports.begin(), report.feature_reports.end());
   return s;
+}
+
+// Whether the run ended well: tracking, or still in its first start with an estimate.
+bool has_track(const RunHistory& history) {
+  const FrameRecord& last = history.frames.back();
+  return last.mode == app::Mode::track || (last.mode == app::Mode::acquire && last.has_pose && last.reset_counter == 0);
 }
 
 }  // namespace
@@ -96,7 +102,7 @@ ReplayOutcome run_replay(StepDriver& loop, ReplayCamera& camera, RunFiles& files
   if (outcome.end == End::interrupted) outcome.problem = "interrupted";
   if (outcome.end == End::all_frames && outcome.poses == 0) {
     outcome.problem = "no pose was estimated";
-  } else if (outcome.end == End::all_frames && outcome.last_mode != app::Mode::track) {
+  } else if (outcome.end == End::all_frames && !has_track(history)) {
     outcome.problem = std::string("the run ended without track, in mode ") + app::to_string(outcome.last_mode);
   }
   return outcome;

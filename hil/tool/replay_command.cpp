@@ -69,7 +69,8 @@ int run(const Options& o) {
   const fs::path camera_folder = fs::path(o.dataset) / "mav0" / "cam0";
   if (!fs::is_directory(o.dataset)) throw InputError(o.dataset, 0, "is no folder", "a data set in the EuRoC layout (mav0/cam0/data.csv)");
   FlightSetup setup;
-  setup.camera = read_camera_file((camera_folder / "sensor.yaml").string());
+  setup.camera_file = (camera_folder / "sensor.yaml").string();
+  setup.camera = read_camera_file(setup.camera_file);
   setup.rigid_target = o.motion == "rigid-target";
   setup.range_m = o.range_m;
   setup.range_sigma_m = o.range_sigma_m;

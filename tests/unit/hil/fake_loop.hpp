@@ -15,6 +15,7 @@ class FakeLoop final : public hil::StepDriver {
   app::Mode mode = app::Mode::track;
   Status start_answer = Status::ok;
   bool takes_frames = true;
+  bool finds_target = true;
 
   Status start() override {
     if (start_answer == Status::ok) start_answer = camera_.start();
@@ -27,6 +28,8 @@ class FakeLoop final : public hil::StepDriver {
     if (report_.status != Status::ok) return report_;
     if (frame.mid_exposure <= report_.state.time) {
       report_.status = Status::out_of_order;
+    } else if (!finds_target) {
+      report_.status = Status::too_few_features;
     } else {
       const double angle = 0.1 * (frame.mid_exposure - Time{}).seconds();
       report_.state.time = frame.mid_exposure;

@@ -165,6 +165,7 @@ TEST(Replay, NoPoseAndLostTrackAreFaults) {
     ReplayCamera camera = camera_over(images(3));
     FakeLoop loop(camera);
     loop.mode = mode;
+    loop.finds_target = false;
     const ReplayOutcome outcome = run(camera, loop);
     CHECK_EQUAL(1, exit_status_of(outcome));
     CHECK_MESSAGE_HOLDS(outcome.problem, "no pose was estimated");
@@ -178,6 +179,15 @@ TEST(Replay, NoPoseAndLostTrackAreFaults) {
   });
   CHECK_EQUAL(1, exit_status_of(outcome));
   CHECK_MESSAGE_HOLDS(outcome.problem, "ended without track, in mode LOST");
+}
+
+TEST(Replay, AnEstimateStillInItsFirstStartIsNoFault) {
+  ReplayCamera camera = camera_over(images(3));
+  FakeLoop loop(camera);
+  loop.mode = app::Mode::acquire;
+  const ReplayOutcome outcome = run(camera, loop);
+  CHECK_EQUAL(0, exit_status_of(outcome));
+  CHECK_EQUAL(3U, outcome.poses);
 }
 
 TEST(Replay, InterruptedStuckAndRefusedRunsEnd) {
@@ -234,6 +244,7 @@ TEST(Replay, ReportOfARunWithoutPosesIsComplete) {
   ReplayCamera camera = camera_over(images(2));
   FakeLoop loop(camera);
   loop.mode = app::Mode::acquire;
+  loop.finds_target = false;
   const ReplayOutcome outcome = run(camera, loop);
   const Trajectory truth{{Time{100'000'000}, Vec3(0, 0, 1), Mat3::Identity()}};
   CHECK(!evaluate_run(history, truth).has_value());
