@@ -2,7 +2,6 @@
 
 #include <algorithm>
 #include <array>
-#include <bit>
 
 #include "fsw/vision/patch.hpp"
 #include "fsw/vision/vector16.hpp"
@@ -11,7 +10,7 @@ namespace relnav::vision {
 namespace {
 
 constexpr int min_cell_px = 16;
-constexpr std::size_t max_cells = 1024;
+constexpr int max_cells = 256;  // they live on the stack
 constexpr std::size_t corners_per_cell = 6;
 
 struct CellCorner {
@@ -52,12 +51,14 @@ std::uint64_t root_floor(std::uint64_t x) {
 }
 
 int saturated_pixels(const ImageView& image, int u_px, int v_px) {
-  int count = 0;
+  U8x16 counts{};
   for (int v = v_px - window_half_px; v <= v_px + window_half_px; ++v) {
     const U8x16 levels = load<U8x16>(image.at(u_px - window_half_px, v));
     const U8x16 over = reinterpret_cast<U8x16>(levels >= splat(saturated_level)) & load<U8x16>(window_columns.data());
-    count += std::popcount(lane_bits(over));
+    counts -= over;
   }
+  int count = 0;
+  for (int i = 0; i < 16; ++i) count += counts[i];
   return count;
 }
 
@@ -74,6 +75,16 @@ void insert(Cell& cell, const CellCorner& corner) {
   cell.corners[k] = corner;
 }
 
+int divide_up(int a, int b) { return (a + b - 1) / b; }
+
+/// The side asked for, or the next larger one with which the cells suffice for the image.
+int cell_side(const ImageView& image, int wanted_px) {
+  const int largest = static_cast<int>(std::max(config::max_image_width, config::max_image_height));
+  int side = std::min(wanted_px, largest);
+  while (side < largest && divide_up(image.width, side) * divide_up(image.height, side) > max_cells) ++side;
+  return side;
+}
+
 class Selection {
  public:
   Selection(const ImageView& image, std::span<const Vec2> tracked_px, const SpreadOptions& options,
@@ -82,8 +93,9 @@ class Selection {
         tracked_px_(tracked_px),
         options_(options),
         candidates_(candidates),
-        columns_((image.width + options.cell_px - 1) / options.cell_px),
-        cell_count_(static_cast<std::size_t>(columns_ * ((image.height + options.cell_px - 1) / options.cell_px))) {
+        cell_px_(cell_side(image, options.cell_px)),
+        columns_(divide_up(image.width, cell_px_)),
+        cell_count_(static_cast<std::size_t>(columns_ * divide_up(image.height, cell_px_))) {
     for (const Vec2& uv : tracked_px) {
       if (uv(0) >= 0.0 && uv(1) >= 0.0 && uv(0) < static_cast<double>(image.width) &&
           uv(1) < static_cast<double>(image.height)) {
@@ -91,8 +103,6 @@ class Selection {
       }
     }
   }
-
-  [[nodiscard]] bool fits() const { return cell_count_ <= max_cells; }
 
   /// The strongest few of each cell by FAST score, away from features.
   void sort_into_cells(std::span<const FastCorner> corners) {
@@ -138,10 +148,9 @@ class Selection {
 
  private:
   [[nodiscard]] Cell& cell_of(int u_px, int v_px) {
-    return cells_[static_cast<std::size_t>(v_px / options_.cell_px * columns_ + u_px / options_.cell_px)];
+    return cells_[static_cast<std::size_t>(v_px / cell_px_ * columns_ + u_px / cell_px_)];
   }
   void add_feature(int u_px, int v_px) {
-    if (!fits()) return;
     Cell& cell = cell_of(u_px, v_px);
     if (cell.features < 255) ++cell.features;
   }
@@ -189,9 +198,10 @@ class Selection {
   std::span<const Vec2> tracked_px_;
   const SpreadOptions& options_;
   CornerCandidates& candidates_;
+  int cell_px_;
   int columns_;
   std::size_t cell_count_;
-  std::array<Cell, max_cells> cells_{};
+  std::array<Cell, static_cast<std::size_t>(max_cells)> cells_{};
 };
 
 }  // namespace
@@ -236,7 +246,6 @@ Status select_corners(const ImageView& image, std::span<const FastCorner> corner
   candidates.clear();
   if (!image.is_valid() || options.cell_px < min_cell_px) return Status::invalid_argument;
   Selection selection(image, tracked_px, options, candidates);
-  if (!selection.fits()) return Status::invalid_argument;
   selection.sort_into_cells(corners);
   selection.rate();
   selection.pick(wanted);

@@ -136,6 +136,23 @@ TEST(CornerSpread, overexposed_and_weak_corners_are_left) {
   CHECK(candidates.empty());
 }
 
+TEST(CornerSpread, the_largest_image_is_covered_to_its_edges) {
+  const OwnedImage image =
+      facets(static_cast<int>(config::max_image_width), static_cast<int>(config::max_image_height), 8);
+  std::vector<FastCorner> corners(400000);
+  corners.resize(detect_fast(image.view(), {}, corners).count);
+  SpreadOptions options;
+  options.cell_px = 16;
+  CHECK(select_corners(image.view(), corners, {}, 40, options, candidates) == Status::ok);
+  CHECK_EQUAL(CornerCandidates::capacity(), candidates.size());
+  const auto quadrants = [&](int half_u, int half_v) {
+    int found = 0;
+    for (const CornerCandidate& c : candidates) found |= 1 << ((c.u_px < half_u ? 0 : 1) + (c.v_px < half_v ? 0 : 2));
+    return found;
+  };
+  CHECK_EQUAL(15, quadrants(image.width() / 2, image.height() / 2));
+}
+
 TEST(CornerSpread, none_is_wanted_none_is_found_and_bad_arguments_are_refused) {
   const OwnedImage image = facets(320, 240, 6);
   const std::vector<FastCorner> corners = corners_of(image);
