@@ -4,6 +4,9 @@
 #include <cmath>
 #include <limits>
 
+#include "fsw/base/crc16.hpp"
+#include "fsw/telemetry/byte_stream.hpp"
+
 namespace relnav::app {
 namespace {
 
@@ -36,6 +39,22 @@ EventId event_of(FrameFault fault) {
 std::int64_t in_thousandths(double ratio) {
   constexpr double most = 1e9;
   return std::isfinite(ratio) ? static_cast<std::int64_t>(1e3 * std::clamp(ratio, 0.0, most)) : -1;
+}
+
+/// Of what makes one run differ from another: camera, motion and range.
+std::uint16_t crc_of(const FlightLoopConfig& config) {
+  std::array<std::uint8_t, 128> bytes{};
+  telemetry::PacketWriter writer(bytes);
+  const CameraIntrinsics& camera = config.camera;
+  for (const double value : {camera.fu, camera.fv, camera.cu, camera.cv}) writer.f64(value);
+  for (const double value : camera.coefficients) writer.f64(value);
+  writer.i32(camera.width_px);
+  writer.i32(camera.height_px);
+  writer.u8(static_cast<std::uint8_t>(camera.model));
+  writer.u8(static_cast<std::uint8_t>(config.navigator.filter.motion));
+  writer.f64(config.navigator.filter.range_m);
+  writer.f64(config.navigator.filter.range_sigma_m);
+  return crc16(writer.written());
 }
 
 bool is_prediction_valid(Status update) {
@@ -98,7 +117,7 @@ Status FlightLoop::configure(const FlightLoopConfig& config) {
   silence_ns_ = 0;
   reported_drops_ = 0;
   configured_ = true;
-  event(EventId::configuration_accepted, Status::ok);
+  event(EventId::configuration_accepted, Status::ok, {crc_of(config)});
   return Status::ok;
 }
 
@@ -150,7 +169,7 @@ void FlightLoop::begin_report() {
   report_.test_ratio = 0.0;
   report_.feature_reports.clear();
   report_.times = StageTimes();
-  frame_processed_ = false;
+  frame_processed_ = health_due_ = false;
   event_stamp_ = stamp_;
 }
 
@@ -179,6 +198,7 @@ Status FlightLoop::without_frame(Status reason) {
       silence_ns_ += config_.acquire_wait.ns;
       if (silence_ns_ < config_.camera_silence.ns) return reason;
       silence_ns_ = 0;
+      health_due_ = true;
       lose_camera(reason);
       if (report_.mode == Mode::track || report_.mode == Mode::acquire) give_up_estimate(reason);
       return Status::device_lost;
@@ -299,9 +319,10 @@ void FlightLoop::lose_camera(Status reason) {
 
 bool FlightLoop::try_to_recover_camera() {
   increment(recovery_attempts_);
+  const Status stopped = camera_.stop();  // a camera that only fell silent still streams
   if (camera_.start() != Status::ok) return false;
   camera_is_lost_ = false;
-  event(EventId::camera_recovered, Status::ok, {camera_number, recovery_attempts_});
+  event(EventId::camera_recovered, stopped, {camera_number, recovery_attempts_});
   return true;
 }
 
@@ -359,7 +380,8 @@ void FlightLoop::send_packets() {
       telemetry_.send_features(report_, stamp_);
     }
   }
-  if (config_.health_every_frames > 0 && (counts_.frames - 1U) % config_.health_every_frames == 0) send_health();
+  if (config_.health_every_frames == 0) return;
+  if (health_due_ || (counts_.frames - 1U) % config_.health_every_frames == 0) send_health();
 }
 
 void FlightLoop::send_health() {

@@ -94,6 +94,7 @@ class FlightLoop {
   FrameStamp event_stamp_;  ///< frame that events of this step concern
   bool has_estimate_ = false;
   bool frame_processed_ = false;  ///< in this step
+  bool health_due_ = false;       ///< in this step, whatever the count
   bool camera_is_lost_ = false;
   std::uint32_t recovery_attempts_ = 0;
   std::uint16_t without_update_ = 0;  ///< frames in a row

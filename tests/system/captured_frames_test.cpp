@@ -1,0 +1,117 @@
+// Recorded frames through the whole flight loop, where there are some.
+#include <cstdio>
+#include <cstdlib>
+#include <filesystem>
+#include <memory>
+#include <string>
+
+#include "fsw/app/flight_loop.hpp"
+#include "fsw/attitude/quaternion.hpp"
+#include "hil/io/camera_file.hpp"
+#include "hil/io/euroc.hpp"
+#include "hil/io/trajectory.hpp"
+#include "hil/replay/replay_camera.hpp"
+#include "platform/host/scripted_clock.hpp"
+#include "platform/host/scripted_packet_link.hpp"
+#include "platform/host/scripted_watchdog.hpp"
+
+// After the rest: its macros replace new.
+#include <CppUTest/TestHarness.h>
+
+namespace {
+
+using namespace relnav;
+namespace fs = std::filesystem;
+
+constexpr double deg = 0.017453292519943295;
+
+fs::path find_sequence(const std::string& name) {
+  const char* shared = std::getenv("RELNAV_SHARED");
+  const fs::path source = RELNAV_SOURCE_DIR;
+  const fs::path places[] = {fs::path(shared != nullptr ? shared : "") / "data",
+                             fs::path(shared != nullptr ? shared : ""), source / ".." / "shared" / "data",
+                             source / "hil" / "captures"};
+  for (const fs::path& place : places) {
+    if (fs::exists(place / name / "mav0" / "cam0" / "data.csv")) return place / name;
+  }
+  return {};
+}
+
+struct Outcome {
+  std::size_t frames = 0;
+  double worst_attitude_deg = 0.0;
+  std::uint32_t not_ok = 0;
+  std::uint32_t resets = 0;
+  app::Mode mode = app::Mode::standby;
+  std::vector<std::uint8_t> telemetry;
+};
+
+Outcome replay(const fs::path& sequence, double range_m, std::size_t most_frames) {
+  const std::string camera_folder = (sequence / "mav0" / "cam0").string();
+  const hil::CameraCalibration calibration = hil::read_camera_file(camera_folder + "/sensor.yaml");
+  std::vector<hil::ImageEntry> entries = hil::read_image_list(camera_folder);
+  if (entries.size() > most_frames) entries.resize(most_frames);
+  const hil::Trajectory truth = hil::read_trajectory((sequence / "truth.tum").string());
+
+  platform::host::ScriptedClock clock;
+  platform::host::ScriptedPacketLink link(4096);
+  platform::host::ScriptedWatchdog watchdog;
+  hil::ReplayCamera camera(entries, static_cast<std::uint32_t>(calibration.intrinsics.width_px),
+                           static_cast<std::uint32_t>(calibration.intrinsics.height_px), clock);
+  const auto loop = std::make_unique<app::FlightLoop>(camera, clock, link, watchdog);
+  app::FlightLoopConfig config = app::FlightLoopConfig::defaults(MotionKind::rigid_target);
+  config.camera = calibration.intrinsics;
+  config.navigator.filter.range_m = range_m;
+  CHECK_TRUE(loop->configure(config) == Status::ok);
+  CHECK_TRUE(loop->start() == Status::ok);
+
+  Outcome out;
+  std::size_t k = 0;
+  Mat3 R_first = Mat3::Identity();
+  while (!camera.exhausted()) {
+    const app::StepReport& report = loop->step();
+    ++out.frames;
+    if (report.status != Status::ok) {
+      ++out.not_ok;
+      continue;
+    }
+    // TUM stamps are rounded to nanoseconds by way of seconds.
+    while (k < truth.size() && truth[k].time.ns < report.state.time.ns - 1000) ++k;
+    if (k == truth.size() || truth[k].time.ns > report.state.time.ns + 1000) continue;
+    if (out.frames == 1) R_first = truth[k].R_CT;
+    const Mat3 turned = truth[k].R_CT * R_first.transpose();
+    const Vec3 error = Quaternion::from_dcm(report.state.R_CT * turned.transpose()).rotation_vector();
+    out.worst_attitude_deg = std::max(out.worst_attitude_deg, error.norm() / deg);
+  }
+  out.resets = loop->report().reset_counter;
+  out.mode = loop->mode();
+  for (std::size_t i = 0; i < link.size(); ++i) {
+    const auto packet = link.packet(i);
+    out.telemetry.insert(out.telemetry.end(), packet.begin(), packet.end());
+  }
+  return out;
+}
+
+void check_sequence(const std::string& name, double range_m, std::size_t most_frames, double limit_deg) {
+  const fs::path sequence = find_sequence(name);
+  if (sequence.empty()) {
+    std::printf("%s: not here, nothing tested\n", name.c_str());
+    return;
+  }
+  const Outcome first = replay(sequence, range_m, most_frames);
+  std::printf("%s: %zu frames, attitude error %.3f deg\n", name.c_str(), first.frames, first.worst_attitude_deg);
+  LONGS_EQUAL(0, first.not_ok);
+  LONGS_EQUAL(0, first.resets);
+  CHECK_TRUE(first.mode == app::Mode::track);
+  CHECK_TRUE(first.worst_attitude_deg > 0.0);
+  CHECK_TRUE(first.worst_attitude_deg <= limit_deg);
+  const Outcome second = replay(sequence, range_m, most_frames);
+  CHECK_TRUE(first.telemetry == second.telemetry);
+}
+
+}  // namespace
+
+TEST_GROUP(CapturedFrames){};
+
+TEST(CapturedFrames, NearSpin) { check_sequence("D_N4", 4.0, 120, 3.0); }
+TEST(CapturedFrames, NearApproach) { check_sequence("D_N5", 3.0, 100, 0.8); }
