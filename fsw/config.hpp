@@ -3,7 +3,7 @@
 
 /// Every capacity and budget of the flight software. Each can be overridden when configuring (-DRELNAV_...=N).
 #ifndef RELNAV_MAX_FEATURES
-#define RELNAV_MAX_FEATURES 40
+#define RELNAV_MAX_FEATURES 60
 #endif
 #ifndef RELNAV_MAX_IMAGE_WIDTH
 #define RELNAV_MAX_IMAGE_WIDTH 1024

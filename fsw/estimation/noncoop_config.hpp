@@ -28,6 +28,7 @@ struct NoncoopConfig {
   double linearity_threshold = 0.1;      ///< L_d under which a feature becomes Euclidean
   int start_frames = 48;                 ///< frames after which the start adjustment hands over for good
   double start_angular_psd = 0.0;        ///< rad/s^1.5: how much the rate may change while the start is adjusted
+  double start_pixel_sigma_px = 0.2;     ///< matching error over the few seconds of the start: most of it is common
   double rest_sigma_rad_s = 0.0;         ///< start rate of a target that hardly turns
   RansacConfig ransac;
   std::uint64_t seed = 1;

@@ -14,6 +14,10 @@ constexpr double deg = 0.017453292519943295;
 constexpr double image_margin_px = 10.0;
 /// A patch seen more obliquely than this against its first view has turned away: cos(65 deg).
 constexpr double min_cos_view_change = 0.42;
+/// Gauss-Newton steps per frame of each start hypothesis.
+constexpr int steps_per_frame = 2;
+/// Posterior probability from which on a start hypothesis has won.
+constexpr double decided_probability = 0.99;
 /// First view: the patch itself is the definition of the point; what is left is its own noise.
 constexpr double first_view_sigma_px = 0.1;
 
@@ -438,14 +442,19 @@ void NoncoopFilter::adjust_start(const FeatureMatches& matches) {
   for (const FeatureMatch& m : matches) {
     Vec3 ray_C;
     if (camera_.unproject(m.uv_px, ray_C) != Status::ok || !(ray_C.z() > 0.0)) continue;
-    const double sigma_px = std::sqrt(config_.pixel_sigma_px * config_.pixel_sigma_px + m.sigma_px * m.sigma_px);
+    const double sigma_px =
+        std::sqrt(config_.start_pixel_sigma_px * config_.start_pixel_sigma_px + m.sigma_px * m.sigma_px);
     start_.observe(m.slot, ray_C.head<2>() / ray_C.z(), sigma_px / camera_.intrinsics().fu);
   }
-  start_.improve(1);
+  start_.improve(steps_per_frame);
   ++start_frames_;
   start_valid_ = start_frames_ >= 2 && start_.result(start_result_) == Status::ok;
   if (start_valid_) take_over(start_result_);
-  if (start_frames_ >= config_.start_frames) starting_ = false;
+  // Hand over for good once one hypothesis has won; a slow target far away may take longer, but not for ever.
+  double best = 0.0;
+  for (const double w : start_result_.weights) best = std::max(best, w);
+  const bool decided = start_valid_ && best > decided_probability;
+  if (start_frames_ >= (decided ? config_.start_frames : 3 * config_.start_frames)) starting_ = false;
 }
 
 void NoncoopFilter::take_over(const StartAdjustment::Result& start) {

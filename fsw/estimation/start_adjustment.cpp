@@ -15,6 +15,7 @@ namespace {
 constexpr double huber_sigma = 2.5;
 constexpr double min_depth_fraction = 0.2;  ///< of a track's prior depth that a step may reach
 constexpr double max_damping = 1e6;
+constexpr std::uint32_t min_frames_to_beat = 16;  ///< before this no hypothesis is given up
 constexpr std::size_t at_rest = 2;  ///< hypothesis that the target hardly turns
 constexpr double worst_cost = std::numeric_limits<double>::infinity();
 
@@ -316,14 +317,14 @@ void StartAdjustment::mirror(const Hypothesis& from, Hypothesis& to) const {
 
 void StartAdjustment::improve(int steps) {
   for (Hypothesis& h : hypotheses_) {
-    for (int i = 0; i < steps; ++i) step(h);
+    for (int i = 0; h.alive && i < steps; ++i) step(h);
   }
   // Both may settle on the same side. Once in a while the worse one restarts as the mirror image of the better.
   if (frames_seen_ % 8 == 0) {
     const std::size_t best = hypotheses_[0].cost <= hypotheses_[1].cost ? 0 : 1;  // the two that turn
     const Hypothesis& b = hypotheses_[best];
     Hypothesis& other = hypotheses_[1 - best];
-    if (b.theta.segment<2>(6).dot(other.theta.segment<2>(6)) > 0.0) mirror(b, other);
+    if (b.alive && other.alive && b.theta.segment<2>(6).dot(other.theta.segment<2>(6)) > 0.0) mirror(b, other);
   }
 }
 
@@ -347,6 +348,7 @@ Status StartAdjustment::result(Result& out) {
     const Hypothesis& h = hypotheses_[i];
     out.thetas[i] = h.theta;
     energy[i] = worst_cost;
+    if (!h.alive) continue;
     linearise(h, normal_);
     if (!std::isfinite(normal_.cost)) continue;
     Mat12 L = normal_.A;
@@ -376,7 +378,11 @@ Status StartAdjustment::result(Result& out) {
     out.weights[i] = excess < 50.0 ? math::exp(-excess) : 0.0;
     sum += out.weights[i];
   }
-  for (double& w : out.weights) w /= sum;
+  for (std::size_t i = 0; i < hypothesis_count; ++i) {
+    out.weights[i] /= sum;
+    // Beaten by so much that no later frame will turn it: its share of the time goes to nobody.
+    if (frames_seen_ >= min_frames_to_beat && out.weights[i] < 1e-9) hypotheses_[i].alive = false;
+  }
   return Status::ok;
 }
 

@@ -27,7 +27,7 @@ namespace relnav {
 class StartAdjustment {
  public:
   static constexpr int theta_size = 12;
-  static constexpr std::size_t max_keyframes = 24;
+  static constexpr std::size_t max_keyframes = 16;
   using Theta = Mat<12>;
   using Mat12 = Mat<12, 12>;
 
@@ -93,6 +93,7 @@ class StartAdjustment {
     double omega_sigma_rad_s = 1.0;
     double damping = 1e-3;
     double cost = 0.0;
+    bool alive = true;  ///< still in the race
   };
   struct Normal {
     Mat12 A = Mat12::Zero();
