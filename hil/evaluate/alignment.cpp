@@ -3,6 +3,7 @@
 #include <Eigen/Eigenvalues>
 #include <Eigen/LU>
 #include <Eigen/SVD>
+#include <algorithm>
 #include <cmath>
 #include <limits>
 #include <stdexcept>
@@ -26,9 +27,10 @@ Moments moments(const std::vector<Vec3>& points) {
   return m;
 }
 
-bool spans_a_plane(const Mat3& covariance) {
+// Second over first standard deviation.
+double straightness_of(const Mat3& covariance) {
   const Vec3 values = Eigen::SelfAdjointEigenSolver<Mat3>(covariance).eigenvalues();
-  return values(1) > collinear_ratio * collinear_ratio * values(2);
+  return values(2) > 0.0 ? std::sqrt(std::max(values(1), 0.0) / values(2)) : 0.0;
 }
 
 Mat3 nearest_rotation(const Mat3& m) {
@@ -40,7 +42,8 @@ Mat3 nearest_rotation(const Mat3& m) {
 
 }  // namespace
 
-Similarity fit_similarity(const Trajectory& truth, const Trajectory& estimate, bool with_scale) {
+Similarity fit_similarity(const Trajectory& truth, const Trajectory& estimate, bool with_scale,
+                          bool rotation_from_attitudes) {
   std::vector<Vec3> reference;
   std::vector<Vec3> moved;
   for (const TimedPose& pose : truth) reference.push_back(camera_centre(pose));
@@ -52,7 +55,9 @@ Similarity fit_similarity(const Trajectory& truth, const Trajectory& estimate, b
     cross += (reference[i] - to.mean) * (moved[i] - from.mean).transpose() / static_cast<double>(moved.size());
   }
   Similarity similarity;
-  if (spans_a_plane(to.covariance) && spans_a_plane(from.covariance)) {
+  similarity.straightness = straightness_of(to.covariance);
+  const bool spans_a_plane = similarity.straightness > collinear_ratio && straightness_of(from.covariance) > collinear_ratio;
+  if (spans_a_plane && !rotation_from_attitudes) {
     similarity.R = nearest_rotation(cross);
   } else {
     Mat3 sum = Mat3::Zero();

@@ -10,7 +10,8 @@ struct Similarity {
   double scale = 1.0;
   Mat3 R = Mat3::Identity();
   Vec3 t = Vec3::Zero();
-  bool rotation_from_attitudes = false;  ///< the positions lie on a line (or a point) and leave the rotation open
+  bool rotation_from_attitudes = false;  ///< asked for, or the positions lie on a line (or a point) and leave it open
+  double straightness = 0.0;  ///< second over first standard deviation of the reference positions; 0: a straight line
 };
 
 /// Projection centre of the camera in T.
@@ -18,7 +19,9 @@ struct Similarity {
 
 /// Least-squares similarity of the camera centres (Umeyama, IEEE PAMI 13(4), 1991, eq. 40-43), or rigid motion with scale 1.
 /// Both of equal length, at least one pose. Throws std::runtime_error when the scale is asked for and nothing moves.
-[[nodiscard]] Similarity fit_similarity(const Trajectory& truth, const Trajectory& estimate, bool with_scale);
+/// With `rotation_from_attitudes` R is the mean of R_CT_true' R_CT_est, and the positions give the rest.
+[[nodiscard]] Similarity fit_similarity(const Trajectory& truth, const Trajectory& estimate, bool with_scale,
+                                        bool rotation_from_attitudes = false);
 [[nodiscard]] Trajectory apply_similarity(const Similarity& similarity, const Trajectory& estimate);
 
 /// A non-cooperative estimate knows its target frame's origin as some body point, at a free scale.

@@ -63,6 +63,19 @@ Aligned common_poses(const Trajectory& truth, const Trajectory& estimate, const 
   return common;
 }
 
+std::optional<double> rms_by_attitudes(const Aligned& poses, bool with_scale) {
+  Similarity similarity;
+  try {
+    similarity = fit_similarity(poses.truth, poses.estimate, with_scale, true);
+  } catch (const std::runtime_error&) {
+    return std::nullopt;
+  }
+  const Trajectory estimate = apply_similarity(similarity, poses.estimate);
+  double sum = 0.0;
+  for (std::size_t i = 0; i < estimate.size(); ++i) sum += (camera_centre(poses.truth[i]) - camera_centre(estimate[i])).squaredNorm();
+  return std::sqrt(sum / static_cast<double>(estimate.size()));
+}
+
 void align_to_start(Aligned& poses, Evaluation& evaluation) {
   evaluation.body_point = fit_body_point(poses.truth, poses.estimate);
   const Mat3 truth_start = poses.truth.front().R_CT.transpose();
@@ -201,7 +214,9 @@ Evaluation evaluate(const Trajectory& truth, const Trajectory& estimate, const s
   for (const TimedPose& pose : poses.truth) path.push_back(in_T ? camera_centre(pose) : pose.t_CT);
   evaluation.extent = largest_distance(path);
   if (in_T) {
-    evaluation.similarity = fit_similarity(poses.truth, poses.estimate, align == AlignMode::sim3);
+    const bool with_scale = align == AlignMode::sim3;
+    evaluation.similarity = fit_similarity(poses.truth, poses.estimate, with_scale);
+    evaluation.position_rms_by_attitudes = rms_by_attitudes(poses, with_scale);
     poses.estimate = apply_similarity(*evaluation.similarity, poses.estimate);
   } else if (align == AlignMode::start) {
     align_to_start(poses, evaluation);

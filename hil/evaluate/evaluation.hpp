@@ -57,6 +57,9 @@ struct Evaluation {
   Association association;
   std::vector<Time> missing;
   std::optional<Similarity> similarity;
+  /// se3, sim3: RMS of the position, m, were the rotation taken from the attitudes instead of the positions. None when there is
+  /// no such alignment: seen with its own attitudes the estimate then moves against the truth (a mirrored solution).
+  std::optional<double> position_rms_by_attitudes;
   std::optional<BodyPointFit> body_point;
   std::vector<EpochError> epochs;
   ErrorStatistics position;

@@ -97,6 +97,20 @@ std::string evaluation_text(const Evaluation& e) {
     text += format_text("%22s RMS %.4f %%, max %.4f %% of the extent of the path, %.5f m (largest distance between two reference positions)\n", "",
                         100.0 * e.position.rms / e.extent, 100.0 * e.position.max / e.extent, e.extent);
   }
+  if (e.similarity && !e.similarity->rotation_from_attitudes) {
+    if (e.position_rms_by_attitudes) {
+      text += format_text("%22s RMS %.5f m with the rotation taken from the attitudes instead", "", *e.position_rms_by_attitudes);
+      if (e.extent > 0.0) text += format_text(", %.4f %% of the extent", 100.0 * *e.position_rms_by_attitudes / e.extent);
+      text += "\n";
+    } else {
+      text += format_text("%22s WARNING: with the rotation taken from the attitudes the scale is negative: the estimate moves against the truth (mirrored)\n", "");
+    }
+    constexpr double nearly_straight = 0.1;
+    if (e.similarity->straightness < nearly_straight) {
+      text += format_text("%22s the path is nearly straight (spread across %.1f %% of that along it): the rotation about it, and with it the attitude error, is hardly determined by the positions\n",
+                          "", 100.0 * e.similarity->straightness);
+    }
+  }
   text += statistics_lines("attitude error", "deg", e.attitude, degrees_per_radian);
   text += format_text("%22s truth turned %.4f deg (sum of the steps)", "", e.angle_turned * degrees_per_radian);
   if (e.angle_turned > 1e-6) text += format_text("; last error is %.3f %% of it", 100.0 * e.attitude.last / e.angle_turned);
@@ -117,6 +131,8 @@ std::string evaluation_json(const Evaluation& e) {
     json["scale"] = e.similarity->scale;
     json["rotation_vector_rad"] = vector_json(rotation_vector(e.similarity->R));
     json["shift_m"] = vector_json(e.similarity->t);
+    json["position_rms_m_by_attitudes"] = e.position_rms_by_attitudes ? nlohmann::ordered_json(*e.position_rms_by_attitudes) : nullptr;
+    json["straightness"] = e.similarity->straightness;
     json["rotation_from_attitudes"] = e.similarity->rotation_from_attitudes;
   }
   if (e.body_point) {

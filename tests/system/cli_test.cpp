@@ -26,10 +26,11 @@ std::string text_of(const std::string& path) {
 }
 
 Run relnav_tool(const Scratch& scratch, const std::string& arguments) {
-  const std::string command =
-      std::string("'") + RELNAV_TOOL + "' " + arguments + " >" + scratch.path("stdout") + " 2>" + scratch.path("stderr") + " </dev/null";
+  const std::string command = std::string("'") + RELNAV_TOOL + "' " + arguments + " >" + scratch.path("stdout") +
+                              " 2>" + scratch.path("stderr") + " </dev/null";
   const int status = std::system(command.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128, text_of(scratch.path("stdout")), text_of(scratch.path("stderr"))};
+  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128, text_of(scratch.path("stdout")),
+          text_of(scratch.path("stderr"))};
 }
 
 bool is_one_line(const std::string& text) { return !text.empty() && text.find('\n') == text.size() - 1; }
@@ -75,8 +76,8 @@ TEST(Cli, HelpOnEveryLevel) {
 }
 
 TEST(Cli, UnusableArgumentsAreStatus2WithOneLine) {
-  check_unusable("", "subcommand");
-  check_unusable("fly", "fly");
+  check_unusable("", "subcommand is required");
+  check_unusable("fly", "subcommand is required");
   check_unusable("evaluate", "--estimate");
   check_unusable("evaluate --truth a --estimate b --align sideways", "sideways");
   check_unusable("replay --dataset x --mode hover --out y", "hover");
@@ -110,7 +111,8 @@ TEST(Cli, EvaluateNamesWhatIsWrong) {
 }
 
 TEST(Cli, DecodeRefusesWhatIsNoTelemetry) {
-  check_unusable("tlm decode " + scratch.write("x.bin", "# t tx ty tz\n"), "x.bin: byte 0: no telemetry packet begins here");
+  check_unusable("tlm decode " + scratch.write("x.bin", "# t tx ty tz\n"),
+                 "x.bin: byte 0: no telemetry packet begins here");
   check_unusable("tlm decode " + scratch.write("x.bin", std::string("\x09\x00\xC0\x00", 4)), "incomplete");
   CHECK_EQUAL(0, tool("tlm decode " + scratch.write("empty.bin", "")).exit_status);
 }
@@ -119,7 +121,8 @@ TEST(Cli, ReplayRefusesBadInputBeforeItTouchesTheOutput) {
   const std::string set = make_dataset(scratch, 3);
   const std::string out = scratch.path("out");
   const std::string replay = "replay --mode noncoop --range 5 --out " + out + " --dataset " + set;
-  check_unusable("replay --mode noncoop --range 5 --out " + out + " --dataset " + scratch.path("nowhere"), "is no folder");
+  check_unusable("replay --mode noncoop --range 5 --out " + out + " --dataset " + scratch.path("nowhere"),
+                 "is no folder");
   scratch.write("set/mav0/cam0/sensor.yaml", "resolution: [64, 48]\n");
   check_unusable(replay, "sensor.yaml: missing key 'camera_model'");
   scratch.write("set/mav0/cam0/sensor.yaml", sensor_yaml);
@@ -142,7 +145,8 @@ TEST(Cli, ReplayOfBlackFramesEndsInAFaultWithEveryFile) {
   const Run run = tool("replay --mode noncoop --range 5 --dataset " + set + " --out " + out);
   CHECK_EQUAL_TEXT(1, run.exit_status, run.err.c_str());
   CHECK_TEXT(is_one_line(run.err), run.err.c_str());
-  for (const char* name : {"trajectory.tum", "covariance.csv", "telemetry.bin", "events.log", "timing.csv", "summary.json", "report.html"}) {
+  for (const char* name : {"trajectory.tum", "covariance.csv", "telemetry.bin", "events.log", "timing.csv",
+                           "summary.json", "report.html"}) {
     CHECK_TEXT(std::filesystem::exists(out + "/" + name), name);
   }
   CHECK(std::filesystem::file_size(out + "/telemetry.bin") > 0);

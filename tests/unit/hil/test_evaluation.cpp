@@ -192,6 +192,21 @@ TEST(EvaluationOfTrajectories, Sim3OnALineTakesTheRotationFromAttitudes) {
   DOUBLES_EQUAL(0.0, e.position.max, 1e-9);
 }
 
+TEST(EvaluationOfTrajectories, Sim3SeesThroughAMirroredSolution) {
+  // Inverse depths of the wrong sign give a camera that moves backwards with the right attitudes; on a path near a line
+  // half a turn about it hides that.
+  for (std::size_t i = 0; i < truth.size(); ++i) {
+    const double t = 0.1 * static_cast<double>(i);
+    truth[i].R_CT = rotation_exp(Vec3(0.0, 0.02 * std::sin(t), 0.0));
+    truth[i].t_CT = Vec3(t, 0.3 * std::sin(t), 5.0);
+  }
+  Trajectory estimate = truth;
+  for (TimedPose& pose : estimate) pose.t_CT = -pose.t_CT;
+  CHECK(!evaluate(truth, estimate, nullptr, AlignMode::sim3).position_rms_by_attitudes.has_value());
+  const Evaluation good = evaluate(truth, truth, nullptr, AlignMode::sim3);
+  DOUBLES_EQUAL(0.0, good.position_rms_by_attitudes.value(), 1e-9);
+}
+
 TEST(EvaluationOfTrajectories, NoCommonEpochIsAnError) {
   Trajectory estimate = truth;
   for (TimedPose& pose : estimate) pose.time.ns += 1'000'000'000'000;
