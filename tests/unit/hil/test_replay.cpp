@@ -235,6 +235,7 @@ TEST(Replay, SummaryAndReportHoldTheRun) {
   const std::string begin = "<script id=\"data\" type=\"application/json\">";
   const std::size_t at = html.find(begin) + begin.size();
   const auto data = nlohmann::json::parse(html.substr(at, html.find("</script>", at) - at));
+  CHECK(data["summary"]["dataset"] == "a</script>b");
   CHECK_EQUAL(30U, data["estimate"]["t"].size());
   CHECK_EQUAL(12U, data["snapshots"].size());
   DOUBLES_EQUAL(0.0, data["truth"]["attitude_error"][1][17].get<double>(), 1e-6);
