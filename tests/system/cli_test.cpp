@@ -78,7 +78,7 @@ TEST(Cli, HelpOnEveryLevel) {
 TEST(Cli, UnusableArgumentsAreStatus2WithOneLine) {
   check_unusable("", "subcommand is required");
   check_unusable("fly", "subcommand is required");
-  check_unusable("evaluate", "--estimate");
+  check_unusable("evaluate", "is required");
   check_unusable("evaluate --truth a --estimate b --align sideways", "sideways");
   check_unusable("replay --dataset x --mode hover --out y", "hover");
   check_unusable("replay --dataset x --mode noncoop --out y --range -1", "-1");
