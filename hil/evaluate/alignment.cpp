@@ -56,7 +56,8 @@ Similarity fit_similarity(const Trajectory& truth, const Trajectory& estimate, b
   }
   Similarity similarity;
   similarity.straightness = straightness_of(to.covariance);
-  const bool spans_a_plane = similarity.straightness > collinear_ratio && straightness_of(from.covariance) > collinear_ratio;
+  const bool spans_a_plane =
+      similarity.straightness > collinear_ratio && straightness_of(from.covariance) > collinear_ratio;
   if (spans_a_plane && !rotation_from_attitudes) {
     similarity.R = nearest_rotation(cross);
   } else {
@@ -69,7 +70,8 @@ Similarity fit_similarity(const Trajectory& truth, const Trajectory& estimate, b
     const double variance = from.covariance.trace();
     if (!(variance > 1e-24)) throw std::runtime_error("the estimated camera does not move: a scale cannot be fitted");
     similarity.scale = (similarity.R.transpose() * cross).trace() / variance;
-    if (!(similarity.scale > 0.0)) throw std::runtime_error("the fitted scale is not positive: the trajectories do not resemble each other");
+    if (!(similarity.scale > 0.0))
+      throw std::runtime_error("the fitted scale is not positive: the trajectories do not resemble each other");
   }
   similarity.t = to.mean - similarity.scale * similarity.R * from.mean;
   return similarity;

@@ -13,7 +13,8 @@ std::size_t nearest(const Trajectory& trajectory, Time time) {
                                       [](const TimedPose& pose, Time t) { return pose.time < t; });
   if (after == trajectory.end()) return trajectory.size() - 1;
   const auto index = static_cast<std::size_t>(after - trajectory.begin());
-  if (index > 0 && distance_ns(trajectory[index - 1].time, time) <= distance_ns(trajectory[index].time, time)) return index - 1;
+  if (index > 0 && distance_ns(trajectory[index - 1].time, time) <= distance_ns(trajectory[index].time, time))
+    return index - 1;
   return index;
 }
 

@@ -12,8 +12,8 @@ struct Association {
     std::size_t truth;
     std::size_t estimate;
   };
-  std::vector<Pair> pairs;                  ///< in order of time; each pose is used once
-  std::vector<std::size_t> missing;         ///< truth poses without an estimate
+  std::vector<Pair> pairs;           ///< in order of time; each pose is used once
+  std::vector<std::size_t> missing;  ///< truth poses without an estimate
   std::size_t estimates_without_truth = 0;
   Duration tolerance;
 };

@@ -72,7 +72,8 @@ std::optional<double> rms_by_attitudes(const Aligned& poses, bool with_scale) {
   }
   const Trajectory estimate = apply_similarity(similarity, poses.estimate);
   double sum = 0.0;
-  for (std::size_t i = 0; i < estimate.size(); ++i) sum += (camera_centre(poses.truth[i]) - camera_centre(estimate[i])).squaredNorm();
+  for (std::size_t i = 0; i < estimate.size(); ++i)
+    sum += (camera_centre(poses.truth[i]) - camera_centre(estimate[i])).squaredNorm();
   return std::sqrt(sum / static_cast<double>(estimate.size()));
 }
 
@@ -123,8 +124,10 @@ void add_rates(const Aligned& poses, Evaluation& evaluation) {
     evaluation.truth_mean_rate = truth_angle / angle_time;
     evaluation.estimate_mean_rate = estimate_angle / angle_time;
   }
-  evaluation.rate = statistics_of(evaluation.rates, [](const EpochRate& r) { return Vec3(r.truth_omega_C - r.estimate_omega_C); });
-  evaluation.velocity = statistics_of(evaluation.rates, [](const EpochRate& r) { return Vec3(r.truth_v_C - r.estimate_v_C); });
+  evaluation.rate =
+      statistics_of(evaluation.rates, [](const EpochRate& r) { return Vec3(r.truth_omega_C - r.estimate_omega_C); });
+  evaluation.velocity =
+      statistics_of(evaluation.rates, [](const EpochRate& r) { return Vec3(r.truth_v_C - r.estimate_v_C); });
 }
 
 // d' P^-1 d, or nothing when P is not positive definite (to rounding).
@@ -193,8 +196,8 @@ void add_nees(const Aligned& poses, const std::vector<TimedCovariance>& covarian
 
 }  // namespace
 
-Evaluation evaluate(const Trajectory& truth, const Trajectory& estimate, const std::vector<TimedCovariance>* covariances,
-                    AlignMode align) {
+Evaluation evaluate(const Trajectory& truth, const Trajectory& estimate,
+                    const std::vector<TimedCovariance>* covariances, AlignMode align) {
   Evaluation evaluation;
   evaluation.align = align;
   evaluation.truth_poses = truth.size();

@@ -15,7 +15,8 @@ enum class AlignMode { none, se3, sim3, start };
 /// Errors at one common epoch after alignment.
 struct EpochError {
   Time time;
-  Vec3 position = Vec3::Zero();  ///< m of the truth; none, start: in C; se3, sim3: of the camera centre, in the truth's T
+  Vec3 position =
+      Vec3::Zero();  ///< m of the truth; none, start: in C; se3, sim3: of the camera centre, in the truth's T
   Vec3 attitude = Vec3::Zero();  ///< rotation vector in C, rad: R_true = Exp([attitude x]) R_est
   std::optional<double> nees;
 };
@@ -23,9 +24,9 @@ struct EpochError {
 /// Rate over a window, by difference of poses: see RateStatistics.
 struct EpochRate {
   Time time;
-  Vec3 truth_omega_C = Vec3::Zero();     ///< rad/s
+  Vec3 truth_omega_C = Vec3::Zero();  ///< rad/s
   Vec3 estimate_omega_C = Vec3::Zero();
-  Vec3 truth_v_C = Vec3::Zero();         ///< m/s, of the aligned positions t_CT
+  Vec3 truth_v_C = Vec3::Zero();  ///< m/s, of the aligned positions t_CT
   Vec3 estimate_v_C = Vec3::Zero();
 };
 
@@ -68,9 +69,9 @@ struct Evaluation {
   double angle_turned = 0.0;  ///< by the truth between first and last common epoch: sum of the steps, rad
   std::vector<EpochRate> rates;
   Duration rate_window;
-  ErrorStatistics rate;       ///< rad/s, of the vector difference
-  ErrorStatistics velocity;   ///< m/s
-  double truth_mean_rate = 0.0;     ///< angle over time, windows end to end, rad/s
+  ErrorStatistics rate;          ///< rad/s, of the vector difference
+  ErrorStatistics velocity;      ///< m/s
+  double truth_mean_rate = 0.0;  ///< angle over time, windows end to end, rad/s
   double estimate_mean_rate = 0.0;
   std::optional<NeesStatistics> nees;
 };

@@ -13,7 +13,8 @@ constexpr std::size_t columns = 22;
 TimedCovariance parse_row(const std::string& path, int line, std::string_view text) {
   const auto parts = split(text, ',');
   if (parts.size() != columns) {
-    throw InputError(path, line, std::to_string(parts.size()) + " columns", "22: t_ns and the 21 numbers c00,c01,...,c55");
+    throw InputError(path, line, std::to_string(parts.size()) + " columns",
+                     "22: t_ns and the 21 numbers c00,c01,...,c55");
   }
   TimedCovariance row;
   const auto ns = parse_int64(parts[0]);
@@ -23,7 +24,8 @@ TimedCovariance parse_row(const std::string& path, int line, std::string_view te
   for (int i = 0; i < 6; ++i) {
     for (int j = i; j < 6; ++j, ++k) {
       const auto value = parse_double(parts[k]);
-      if (!value || !std::isfinite(*value)) throw InputError(path, line, "value " + quoted(parts[k]), "a finite number");
+      if (!value || !std::isfinite(*value))
+        throw InputError(path, line, "value " + quoted(parts[k]), "a finite number");
       row.P(i, j) = row.P(j, i) = *value;
     }
   }
@@ -41,7 +43,8 @@ std::vector<TimedCovariance> read_covariances(const std::string& path) {
     const std::string_view text = trimmed(line);
     if (text.empty() || text.front() == '#') continue;
     if (!header_seen) {
-      if (text.substr(0, 4) != "t_ns") throw InputError(path, number, quoted(text), "the header line t_ns,c00,c01,...,c55");
+      if (text.substr(0, 4) != "t_ns")
+        throw InputError(path, number, quoted(text), "the header line t_ns,c00,c01,...,c55");
       header_seen = true;
       continue;
     }

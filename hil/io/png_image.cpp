@@ -107,14 +107,17 @@ Image read_png(const std::string& path) {
   decoder.png = png_create_read_struct(PNG_LIBPNG_VER_STRING, &decoder, on_error, on_warning);
   decoder.info = decoder.png != nullptr ? png_create_info_struct(decoder.png) : nullptr;
   if (decoder.info == nullptr) throw std::runtime_error("libpng: out of memory");
-  const auto fail = [&] { throw InputError(path, 0, std::string("damaged or truncated (") + decoder.message + ")", expectation); };
+  const auto fail = [&] {
+    throw InputError(path, 0, std::string("damaged or truncated (") + decoder.message + ")", expectation);
+  };
   if (!read_header(decoder, file.get())) fail();
 
   Image image;
   image.width_px = decoder.width;
   image.height_px = decoder.height;
   image.bytes_per_pixel = decoder.bit_depth == 16 ? 2 : 1;
-  const std::size_t row_bytes = std::size_t{decoder.width} * static_cast<std::size_t>(decoder.channels) * image.bytes_per_pixel;
+  const std::size_t row_bytes =
+      std::size_t{decoder.width} * static_cast<std::size_t>(decoder.channels) * image.bytes_per_pixel;
   image.bytes.resize(row_bytes * decoder.height);
   std::vector<png_bytep> rows(decoder.height);
   for (std::size_t v = 0; v < rows.size(); ++v) rows[v] = &image.bytes[v * row_bytes];

@@ -27,7 +27,8 @@ TimedPose parse_pose(const std::string& path, int line, std::string_view text) {
   }
   Eigen::Quaterniond q_CT(value[6], value[3], value[4], value[5]);
   if (std::abs(q_CT.norm() - 1.0) > 0.01) {
-    throw InputError(path, line, format_text("quaternion of length %.6g", q_CT.norm()), "a unit quaternion qx qy qz qw");
+    throw InputError(path, line, format_text("quaternion of length %.6g", q_CT.norm()),
+                     "a unit quaternion qx qy qz qw");
   }
   q_CT.normalize();
   return {Time{*ns}, Vec3(value[0], value[1], value[2]), q_CT.toRotationMatrix()};
@@ -44,8 +45,9 @@ Trajectory read_trajectory(const std::string& path) {
     if (text.empty()) continue;
     const TimedPose pose = parse_pose(path, number, text);
     if (!trajectory.empty() && pose.time <= trajectory.back().time) {
-      throw InputError(path, number, "time " + format_seconds(pose.time.ns) + " after " +
-                                         format_seconds(trajectory.back().time.ns), "strictly increasing times");
+      throw InputError(path, number,
+                       "time " + format_seconds(pose.time.ns) + " after " + format_seconds(trajectory.back().time.ns),
+                       "strictly increasing times");
     }
     trajectory.push_back(pose);
   }
@@ -57,8 +59,9 @@ std::string trajectory_line(const TimedPose& pose) {
   Eigen::Quaterniond q_CT(pose.R_CT);
   q_CT.normalize();
   if (q_CT.w() < 0.0) q_CT.coeffs() = -q_CT.coeffs();
-  return format_seconds(pose.time.ns) + format_text(" %.9f %.9f %.9f %.12f %.12f %.12f %.12f", pose.t_CT.x(), pose.t_CT.y(),
-                                                    pose.t_CT.z(), q_CT.x(), q_CT.y(), q_CT.z(), q_CT.w());
+  return format_seconds(pose.time.ns) + format_text(" %.9f %.9f %.9f %.12f %.12f %.12f %.12f", pose.t_CT.x(),
+                                                    pose.t_CT.y(), pose.t_CT.z(), q_CT.x(), q_CT.y(), q_CT.z(),
+                                                    q_CT.w());
 }
 
 }  // namespace relnav::hil

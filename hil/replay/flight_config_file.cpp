@@ -31,9 +31,11 @@ Setter whole(Integer& target) {
   return [&target](const std::string& text) -> std::string {
     const auto value = parse_int64(text);
     constexpr auto low = static_cast<std::int64_t>(std::numeric_limits<Integer>::min());
-    constexpr auto high = std::numeric_limits<Integer>::digits >= 63 ? std::numeric_limits<std::int64_t>::max()
-                                                                     : static_cast<std::int64_t>(std::numeric_limits<Integer>::max());
-    if (!value || *value < low || *value > high) return "a whole number from " + std::to_string(low) + " to " + std::to_string(high);
+    constexpr auto high = std::numeric_limits<Integer>::digits >= 63
+                              ? std::numeric_limits<std::int64_t>::max()
+                              : static_cast<std::int64_t>(std::numeric_limits<Integer>::max());
+    if (!value || *value < low || *value > high)
+      return "a whole number from " + std::to_string(low) + " to " + std::to_string(high);
     target = static_cast<Integer>(*value);
     return {};
   };
@@ -105,14 +107,20 @@ std::string names_of(const auto& map) {
 int line_of(const YAML::Node& node) { return node.Mark().line + 1; }
 
 void read_section(const std::string& path, const std::string& name, const YAML::Node& node, const Section& keys) {
-  if (!node.IsMap()) throw InputError(path, line_of(node), "section '" + name + "' holds no keys", "keys of " + names_of(keys));
+  if (!node.IsMap())
+    throw InputError(path, line_of(node), "section '" + name + "' holds no keys", "keys of " + names_of(keys));
   for (const auto& entry : node) {
     const std::string key = entry.first.Scalar();
     const auto setter = keys.find(key);
-    if (setter == keys.end()) throw InputError(path, line_of(entry.first), "unknown key " + quoted(name + "." + key), "one of " + names_of(keys));
+    if (setter == keys.end())
+      throw InputError(path, line_of(entry.first), "unknown key " + quoted(name + "." + key),
+                       "one of " + names_of(keys));
     const std::string expected = entry.second.IsScalar() ? setter->second(entry.second.Scalar()) : "a single value";
     if (!expected.empty()) {
-      throw InputError(path, line_of(entry.first), name + "." + key + " is " + quoted(entry.second.IsScalar() ? entry.second.Scalar() : "a list or map"), expected);
+      throw InputError(
+          path, line_of(entry.first),
+          name + "." + key + " is " + quoted(entry.second.IsScalar() ? entry.second.Scalar() : "a list or map"),
+          expected);
     }
   }
 }
@@ -132,7 +140,8 @@ void read_flight_config(const std::string& path, app::FlightLoopConfig& config) 
   for (const auto& entry : root) {
     const std::string name = entry.first.Scalar();
     const auto section = sections.find(name);
-    if (section == sections.end()) throw InputError(path, line_of(entry.first), "unknown section " + quoted(name), "one of " + names_of(sections));
+    if (section == sections.end())
+      throw InputError(path, line_of(entry.first), "unknown section " + quoted(name), "one of " + names_of(sections));
     read_section(path, name, entry.second, section->second);
   }
 }

@@ -30,12 +30,16 @@ class FlightDriver final : public StepDriver {
 
 void check_camera(const FlightSetup& setup) {
   const CameraIntrinsics& c = setup.camera.intrinsics;
-  if (static_cast<std::size_t>(c.width_px) > config::max_image_width || static_cast<std::size_t>(c.height_px) > config::max_image_height) {
-    throw InputError(setup.camera_file, 0, "resolution " + std::to_string(c.width_px) + " x " + std::to_string(c.height_px) + " is larger than this build takes",
-                     "at most " + std::to_string(config::max_image_width) + " x " + std::to_string(config::max_image_height) +
-                         "; RELNAV_MAX_IMAGE_WIDTH and _HEIGHT set it");
+  if (static_cast<std::size_t>(c.width_px) > config::max_image_width ||
+      static_cast<std::size_t>(c.height_px) > config::max_image_height) {
+    throw InputError(setup.camera_file, 0,
+                     "resolution " + std::to_string(c.width_px) + " x " + std::to_string(c.height_px) +
+                         " is larger than this build takes",
+                     "at most " + std::to_string(config::max_image_width) + " x " +
+                         std::to_string(config::max_image_height) + "; RELNAV_MAX_IMAGE_WIDTH and _HEIGHT set it");
   }
-  if (!CameraModel::create(c)) throw InputError(setup.camera_file, 0, "the camera model refuses these numbers", "a usable pinhole camera");
+  if (!CameraModel::create(c))
+    throw InputError(setup.camera_file, 0, "the camera model refuses these numbers", "a usable pinhole camera");
 }
 
 }  // namespace
@@ -54,7 +58,8 @@ std::unique_ptr<StepDriver> make_flight_driver(const FlightSetup& setup, hal::Ca
   const Status status = driver->configure(config);
   if (status != Status::ok) {
     throw InputError(setup.config_file.empty() ? setup.camera_file : setup.config_file, 0,
-                     std::string("the flight loop refuses the configuration: ") + to_string(status), "values inside their domains");
+                     std::string("the flight loop refuses the configuration: ") + to_string(status),
+                     "values inside their domains");
   }
   return driver;
 }

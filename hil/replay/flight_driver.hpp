@@ -12,14 +12,15 @@ namespace relnav::hil {
 /// How the flight loop is to be set up, as far as the command line says.
 struct FlightSetup {
   CameraCalibration camera;
-  std::string camera_file;     ///< where it was read, for messages
-  bool rigid_target = true;    ///< else: moving camera
-  double range_m = 0.0;        ///< start range, which also sets the scale; 0: the configuration's
-  double range_sigma_m = -1.0; ///< negative: the configuration's
-  std::string config_file;     ///< empty: defaults
+  std::string camera_file;      ///< where it was read, for messages
+  bool rigid_target = true;     ///< else: moving camera
+  double range_m = 0.0;         ///< start range, which also sets the scale; 0: the configuration's
+  double range_sigma_m = -1.0;  ///< negative: the configuration's
+  std::string config_file;      ///< empty: defaults
 };
 
 /// The flight loop with a steady clock and a watchdog that does nothing. Throws InputError when the configuration is refused.
-[[nodiscard]] std::unique_ptr<StepDriver> make_flight_driver(const FlightSetup& setup, hal::Camera& camera, hal::PacketLink& link);
+[[nodiscard]] std::unique_ptr<StepDriver> make_flight_driver(const FlightSetup& setup, hal::Camera& camera,
+                                                             hal::PacketLink& link);
 
 }  // namespace relnav::hil

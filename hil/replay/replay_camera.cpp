@@ -23,7 +23,8 @@ void keep_upper_bytes(Image& image) {
 
 }  // namespace
 
-ReplayCamera::ReplayCamera(std::vector<ImageEntry> entries, std::uint32_t width_px, std::uint32_t height_px, hal::Clock& clock, Pace pace)
+ReplayCamera::ReplayCamera(std::vector<ImageEntry> entries, std::uint32_t width_px, std::uint32_t height_px,
+                           hal::Clock& clock, Pace pace)
     : entries_(std::move(entries)), width_px_(width_px), height_px_(height_px), clock_(clock), pace_(pace) {}
 
 Status ReplayCamera::start() {
@@ -63,7 +64,8 @@ Status ReplayCamera::acquire(Duration wait, hal::Frame& frame) {
   try {
     slot->image = read_png(entry.path);
     if (slot->image.width_px != width_px_ || slot->image.height_px != height_px_) {
-      throw InputError(entry.path, 0, std::to_string(slot->image.width_px) + " x " + std::to_string(slot->image.height_px) + " pixels",
+      throw InputError(entry.path, 0,
+                       std::to_string(slot->image.width_px) + " x " + std::to_string(slot->image.height_px) + " pixels",
                        std::to_string(width_px_) + " x " + std::to_string(height_px_) + " as the camera file says");
     }
   } catch (const std::exception& error) {

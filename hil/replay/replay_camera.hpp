@@ -22,7 +22,8 @@ enum class Pace : std::uint8_t {
 /// damaged or of another size is answered with incomplete, once; problem() then says why, and the next call goes on.
 class ReplayCamera final : public hal::Camera {
  public:
-  ReplayCamera(std::vector<ImageEntry> entries, std::uint32_t width_px, std::uint32_t height_px, hal::Clock& clock, Pace pace = Pace::max);
+  ReplayCamera(std::vector<ImageEntry> entries, std::uint32_t width_px, std::uint32_t height_px, hal::Clock& clock,
+               Pace pace = Pace::max);
 
   Status start() override;
   Status acquire(Duration wait, hal::Frame& frame) override;

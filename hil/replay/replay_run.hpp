@@ -12,13 +12,13 @@ namespace relnav::hil {
 struct ReplayOutcome {
   enum class End : std::uint8_t {
     all_frames,
-    bad_image,     ///< a listed image could not be used; problem says which
+    bad_image,  ///< a listed image could not be used; problem says which
     interrupted,
-    stuck,         ///< the loop takes no more frames
-    not_started,   ///< the loop refused to start
+    stuck,        ///< the loop takes no more frames
+    not_started,  ///< the loop refused to start
   };
   End end = End::all_frames;
-  std::string problem;      ///< one line, empty when there is none
+  std::string problem;  ///< one line, empty when there is none
   app::Mode last_mode = app::Mode::standby;
   std::size_t poses = 0;
   double wall_s = 0.0;

@@ -14,14 +14,18 @@ namespace fs = std::filesystem;
 std::string prepare_run_folder(const std::string& folder, bool force) {
   std::error_code error;
   const fs::file_status status = fs::status(folder, error);
-  if (fs::exists(status) && !fs::is_directory(status)) throw InputError(folder, 0, "is a file", "a folder for the results");
+  if (fs::exists(status) && !fs::is_directory(status))
+    throw InputError(folder, 0, "is a file", "a folder for the results");
   if (fs::exists(status)) {
     const bool empty = fs::is_empty(folder, error);
     if (error) throw InputError(folder, 0, "cannot be read: " + error.message(), "a writable output folder");
     if (!empty && !force) throw InputError(folder, 0, "is not empty", "a new or empty folder, or --force");
-    for (const char* name : {"trajectory.tum", "covariance.csv", "telemetry.bin", "events.log", "timing.csv", "summary.json", "report.html"}) {
+    for (const char* name : {"trajectory.tum", "covariance.csv", "telemetry.bin", "events.log", "timing.csv",
+                             "summary.json", "report.html"}) {
       fs::remove(fs::path(folder) / name, error);
-      if (error) throw InputError((fs::path(folder) / name).string(), 0, "cannot be removed: " + error.message(), "a writable output folder");
+      if (error)
+        throw InputError((fs::path(folder) / name).string(), 0, "cannot be removed: " + error.message(),
+                         "a writable output folder");
     }
   } else {
     fs::create_directories(folder, error);
@@ -47,8 +51,9 @@ void RunFiles::add(const FrameRecord& record) {
   }
   const auto us = [](std::int64_t ns) { return static_cast<double>(ns) * 1e-3; };
   const app::StageTimes& t = record.times;
-  timing_.line(format_text("%lld,%.1f,%.1f,%.1f,%.1f,%.1f,%.1f,%.1f", static_cast<long long>(record.time.ns), us(t.acquire_ns),
-                           us(t.predict_ns), us(t.match_ns), us(t.update_ns), us(t.detect_ns), us(t.telemetry_ns), us(t.total_ns)));
+  timing_.line(format_text("%lld,%.1f,%.1f,%.1f,%.1f,%.1f,%.1f,%.1f", static_cast<long long>(record.time.ns),
+                           us(t.acquire_ns), us(t.predict_ns), us(t.match_ns), us(t.update_ns), us(t.detect_ns),
+                           us(t.telemetry_ns), us(t.total_ns)));
 }
 
 }  // namespace relnav::hil

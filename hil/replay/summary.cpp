@@ -30,7 +30,8 @@ TimeFigures time_figures(const RunHistory& history) {
   return {us[us.size() / 2], us[us.size() * 95 / 100], us.back()};
 }
 
-std::string summary_json(const RunDescription& d, const ReplayOutcome& outcome, const RunHistory& history, const Evaluation* evaluation) {
+std::string summary_json(const RunDescription& d, const ReplayOutcome& outcome, const RunHistory& history,
+                         const Evaluation* evaluation) {
   Json json;
   json["dataset"] = d.dataset;
   json["mode"] = d.mode;
@@ -43,7 +44,8 @@ std::string summary_json(const RunDescription& d, const ReplayOutcome& outcome, 
   json["frames_listed"] = d.frames_listed;
   json["frames_seen"] = history.frames.size();
   json["poses"] = outcome.poses;
-  json["frames_refused"] = std::count_if(history.frames.begin(), history.frames.end(), [](const FrameRecord& r) { return r.status != Status::ok; });
+  json["frames_refused"] = std::count_if(history.frames.begin(), history.frames.end(),
+                                         [](const FrameRecord& r) { return r.status != Status::ok; });
   json["last_mode"] = app::to_string(outcome.last_mode);
   double features = 0.0;
   double inliers = 0.0;

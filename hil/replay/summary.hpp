@@ -30,7 +30,7 @@ struct TimeFigures {
 [[nodiscard]] TimeFigures time_figures(const RunHistory& history);
 
 /// summary.json
-[[nodiscard]] std::string summary_json(const RunDescription& description, const ReplayOutcome& outcome, const RunHistory& history,
-                                       const Evaluation* evaluation);
+[[nodiscard]] std::string summary_json(const RunDescription& description, const ReplayOutcome& outcome,
+                                       const RunHistory& history, const Evaluation* evaluation);
 
 }  // namespace relnav::hil

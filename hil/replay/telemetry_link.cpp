@@ -19,7 +19,8 @@ UdpAddress parse_udp_url(const std::string& url) {
     address.host = address.host.substr(1, address.host.size() - 2);
   }
   const auto port = parse_int64(std::string_view(url).substr(colon + 1));
-  if (address.host.empty() || !port || *port < 1 || *port > 65535) throw InputError(url, 0, "is no UDP address", "udp://HOST:PORT, port 1 to 65535");
+  if (address.host.empty() || !port || *port < 1 || *port > 65535)
+    throw InputError(url, 0, "is no UDP address", "udp://HOST:PORT, port 1 to 65535");
   address.port = static_cast<std::uint16_t>(*port);
   return address;
 }
@@ -27,7 +28,8 @@ UdpAddress parse_udp_url(const std::string& url) {
 void TelemetryLink::open(const std::string& file, Listener listener) {
   path_ = file;
   listener_ = std::move(listener);
-  if (file_.open(file.c_str()) != Status::ok) throw InputError(file, 0, "cannot be created", "a writable output folder");
+  if (file_.open(file.c_str()) != Status::ok)
+    throw InputError(file, 0, "cannot be created", "a writable output folder");
   for (const auto& packet : early_) static_cast<void>(send(packet));
   early_.clear();
 }
@@ -35,7 +37,8 @@ void TelemetryLink::open(const std::string& file, Listener listener) {
 void TelemetryLink::add_udp(const std::string& url) {
   const UdpAddress address = parse_udp_url(url);
   const Status status = udp_.open(address.host.c_str(), address.port);
-  if (status != Status::ok) throw InputError(url, 0, std::string("cannot be reached: ") + to_string(status), "a host and port that resolve");
+  if (status != Status::ok)
+    throw InputError(url, 0, std::string("cannot be reached: ") + to_string(status), "a host and port that resolve");
   has_udp_ = true;
 }
 
@@ -48,7 +51,9 @@ Status TelemetryLink::send(std::span<const std::uint8_t> packet) {
   const Status status = file_.send(packet);
   if (status == Status::ok && listener_) listener_(packet);
   if ((status == Status::no_capacity || status == Status::io_error) && problem_.empty()) {
-    problem_ = InputError(path_, 0, std::string("cannot be written: ") + to_string(status), "room and permission to write").what();
+    problem_ =
+        InputError(path_, 0, std::string("cannot be written: ") + to_string(status), "room and permission to write")
+            .what();
   }
   if (has_udp_) static_cast<void>(udp_.send(packet));  // a listener that is not there does not stop the run
   return status;

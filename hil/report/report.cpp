@@ -55,12 +55,17 @@ Json estimate_json(const RunHistory& history, double scale) {
   }
   const Time start = start_of(history);
   json["t"] = column(history, [&](const FrameRecord& r) { return (r.time - start).seconds(); });
-  json["attitude"] = axes(history, [&](const FrameRecord& r) { return Vec3(rotation_vector(r.state.R_CT * first->state.R_CT.transpose()) * deg); });
-  json["attitude_3sigma"] = axes(history, [&](const FrameRecord& r) { return Vec3(sigma(r.state.pose_covariance, 3) * 3.0 * deg); });
+  json["attitude"] = axes(history, [&](const FrameRecord& r) {
+    return Vec3(rotation_vector(r.state.R_CT * first->state.R_CT.transpose()) * deg);
+  });
+  json["attitude_3sigma"] =
+      axes(history, [&](const FrameRecord& r) { return Vec3(sigma(r.state.pose_covariance, 3) * 3.0 * deg); });
   json["rate"] = axes(history, [&](const FrameRecord& r) { return Vec3(r.state.omega_C * deg); });
-  json["rate_3sigma"] = axes(history, [&](const FrameRecord& r) { return Vec3(sigma(r.state.rate_covariance, 3) * 3.0 * deg); });
+  json["rate_3sigma"] =
+      axes(history, [&](const FrameRecord& r) { return Vec3(sigma(r.state.rate_covariance, 3) * 3.0 * deg); });
   json["position"] = axes(history, [&](const FrameRecord& r) { return Vec3(scale * r.state.t_CT); });
-  json["position_3sigma"] = axes(history, [&](const FrameRecord& r) { return Vec3(scale * 3.0 * sigma(r.state.pose_covariance, 0)); });
+  json["position_3sigma"] =
+      axes(history, [&](const FrameRecord& r) { return Vec3(scale * 3.0 * sigma(r.state.pose_covariance, 0)); });
   json["features"] = column(history, [](const FrameRecord& r) { return static_cast<double>(r.features); });
   json["matched"] = column(history, [](const FrameRecord& r) { return static_cast<double>(r.matched); });
   json["inliers"] = column(history, [](const FrameRecord& r) { return static_cast<double>(r.inliers); });
@@ -68,11 +73,13 @@ Json estimate_json(const RunHistory& history, double scale) {
   json["mode"] = column(history, [](const FrameRecord& r) { return static_cast<double>(r.mode); });
   Json stages;
   const std::pair<const char*, std::int64_t app::StageTimes::*> members[] = {
-      {"acquire", &app::StageTimes::acquire_ns}, {"predict", &app::StageTimes::predict_ns}, {"match", &app::StageTimes::match_ns},
-      {"update", &app::StageTimes::update_ns},   {"detect", &app::StageTimes::detect_ns},   {"telemetry", &app::StageTimes::telemetry_ns},
+      {"acquire", &app::StageTimes::acquire_ns}, {"predict", &app::StageTimes::predict_ns},
+      {"match", &app::StageTimes::match_ns},     {"update", &app::StageTimes::update_ns},
+      {"detect", &app::StageTimes::detect_ns},   {"telemetry", &app::StageTimes::telemetry_ns},
       {"total", &app::StageTimes::total_ns}};
   for (const auto& [name, member] : members) {
-    stages[name] = column(history, [m = member](const FrameRecord& r) { return static_cast<double>(r.times.*m) * 1e-6; });
+    stages[name] =
+        column(history, [m = member](const FrameRecord& r) { return static_cast<double>(r.times.*m) * 1e-6; });
   }
   json["stage_ms"] = stages;
   return json;
@@ -137,8 +144,8 @@ Json snapshots_json(const RunHistory& history) {
     json["features"] = Json::array();
     for (const app::FeatureReport& f : s.features) {
       // use, predicted, measured, Euclidean
-      json["features"].push_back({static_cast<int>(f.use), number(f.predicted_px.x()), number(f.predicted_px.y()), number(f.measured_px.x()),
-                                  number(f.measured_px.y()), f.euclidean ? 1 : 0, f.index});
+      json["features"].push_back({static_cast<int>(f.use), number(f.predicted_px.x()), number(f.predicted_px.y()),
+                                  number(f.measured_px.x()), number(f.measured_px.y()), f.euclidean ? 1 : 0, f.index});
     }
     list.push_back(json);
   }
@@ -180,10 +187,12 @@ std::string report_html(const RunDescription& description, const ReplayOutcome& 
   std::string html = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n";
   html += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
   html += "<title>relnav: " + html_escaped(description.dataset) + "</title>\n";
-  html += std::string("<style>") + assets::uplot_css + assets::report_css + "</style></head>\n<body><main id=\"report\"></main>\n";
+  html += std::string("<style>") + assets::uplot_css + assets::report_css +
+          "</style></head>\n<body><main id=\"report\"></main>\n";
   html += "<noscript>The plots need JavaScript; the figures are in summary.json beside this file.</noscript>\n";
   html += "<script id=\"data\" type=\"application/json\">" + script_safe(data.dump()) + "</script>\n";
-  html += std::string("<script>") + assets::uplot_js + "</script>\n<script>" + assets::report_js + "</script>\n</body></html>\n";
+  html += std::string("<script>") + assets::uplot_js + "</script>\n<script>" + assets::report_js +
+          "</script>\n</body></html>\n";
   return html;
 }
 

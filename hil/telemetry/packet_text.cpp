@@ -71,21 +71,24 @@ std::string packet_text(std::span<const std::uint8_t> bytes, const telemetry::Pa
   const auto packet = telemetry::open_packet(bytes, config);
   if (!packet) return format_text("unreadable packet of %zu bytes: %s", bytes.size(), to_string(packet.status()));
   const telemetry::OpenedPacket& opened = packet.value();
-  std::string text = format_text("%-9s apid=0x%03X seq=%u", opened.definition->name, static_cast<unsigned>(opened.header.apid),
-                                 static_cast<unsigned>(opened.header.sequence_count));
+  std::string text =
+      format_text("%-9s apid=0x%03X seq=%u", opened.definition->name, static_cast<unsigned>(opened.header.apid),
+                  static_cast<unsigned>(opened.header.sequence_count));
   telemetry::EventPacket event;
-  const bool is_event = opened.definition->id == telemetry::PacketId::event && telemetry::decode(bytes, config, event) == Status::ok;
+  const bool is_event =
+      opened.definition->id == telemetry::PacketId::event && telemetry::decode(bytes, config, event) == Status::ok;
   if (is_event) text += std::string(" ") + severity_of(opened.header);
   std::int32_t entry_now = telemetry::no_entry;
-  telemetry::for_each_field(opened, [&](const FieldDefinition& field, std::int32_t entry, std::uint16_t element, const FieldValue& value) {
-    if (is_event && std::string_view(field.name) == "args") return;
-    if (entry != entry_now) {
-      text += format_text(" [%d]", entry);
-      entry_now = entry;
-    }
-    if (element == 0) text += std::string(" ") + field.name + "=";
-    text += (element == 0 ? "" : ",") + value_text(field, value);
-  });
+  telemetry::for_each_field(
+      opened, [&](const FieldDefinition& field, std::int32_t entry, std::uint16_t element, const FieldValue& value) {
+        if (is_event && std::string_view(field.name) == "args") return;
+        if (entry != entry_now) {
+          text += format_text(" [%d]", entry);
+          entry_now = entry;
+        }
+        if (element == 0) text += std::string(" ") + field.name + "=";
+        text += (element == 0 ? "" : ",") + value_text(field, value);
+      });
   if (is_event) {
     for (const auto& [name, value] : event_arguments(event)) text += " " + name + "=" + std::to_string(value);
   }
@@ -107,16 +110,18 @@ std::string packet_json(std::span<const std::uint8_t> bytes, const telemetry::Pa
   json["sequence_count"] = opened.header.sequence_count;
   if (opened.definition->id == telemetry::PacketId::event) json["severity"] = severity_of(opened.header);
   Json entries = Json::array();
-  telemetry::for_each_field(opened, [&](const FieldDefinition& field, std::int32_t entry, std::uint16_t element, const FieldValue& value) {
-    if (entry != telemetry::no_entry && entries.size() <= static_cast<std::size_t>(entry)) entries.push_back(Json::object());
-    Json& target = entry == telemetry::no_entry ? json : entries.back();
-    if (field.count == 1) {
-      target[field.name] = value_json(field, value);
-    } else {
-      if (element == 0) target[field.name] = Json::array();
-      target[field.name].push_back(value_json(field, value));
-    }
-  });
+  telemetry::for_each_field(
+      opened, [&](const FieldDefinition& field, std::int32_t entry, std::uint16_t element, const FieldValue& value) {
+        if (entry != telemetry::no_entry && entries.size() <= static_cast<std::size_t>(entry))
+          entries.push_back(Json::object());
+        Json& target = entry == telemetry::no_entry ? json : entries.back();
+        if (field.count == 1) {
+          target[field.name] = value_json(field, value);
+        } else {
+          if (element == 0) target[field.name] = Json::array();
+          target[field.name].push_back(value_json(field, value));
+        }
+      });
   if (!opened.definition->entry_fields.empty()) json["entries"] = entries;
   telemetry::EventPacket event;
   if (opened.definition->id == telemetry::PacketId::event && telemetry::decode(bytes, config, event) == Status::ok) {
@@ -130,10 +135,14 @@ std::string packet_json(std::span<const std::uint8_t> bytes, const telemetry::Pa
 std::string event_log_line(std::span<const std::uint8_t> bytes, const telemetry::PacketConfig& config) {
   const auto opened = telemetry::open_packet(bytes, config);
   telemetry::EventPacket event;
-  if (!opened || opened.value().definition->id != telemetry::PacketId::event || telemetry::decode(bytes, config, event) != Status::ok) return {};
+  if (!opened || opened.value().definition->id != telemetry::PacketId::event ||
+      telemetry::decode(bytes, config, event) != Status::ok)
+    return {};
   const telemetry::EventDefinition* definition = telemetry::find_event(event.event_id);
-  std::string line = format_seconds(static_cast<std::int64_t>(event.time_ns)) + format_text(" frame %u %-6s ", event.frame_sequence, severity_of(opened.value().header)) +
-                     (definition != nullptr ? definition->name : std::to_string(event.event_id).c_str()) + " status=" + to_string(static_cast<Status>(event.status));
+  std::string line = format_seconds(static_cast<std::int64_t>(event.time_ns)) +
+                     format_text(" frame %u %-6s ", event.frame_sequence, severity_of(opened.value().header)) +
+                     (definition != nullptr ? definition->name : std::to_string(event.event_id).c_str()) +
+                     " status=" + to_string(static_cast<Status>(event.status));
   for (const auto& [name, value] : event_arguments(event)) line += " " + name + "=" + std::to_string(value);
   if (event.occurrence > 1) line += " occurrence=" + std::to_string(event.occurrence);
   if (event.suppressed > 0) line += " suppressed=" + std::to_string(event.suppressed);

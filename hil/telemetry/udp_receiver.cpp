@@ -20,7 +20,9 @@ UdpReceiver::UdpReceiver(const std::string& url) : buffer_(65536) {
   hints.ai_flags = AI_PASSIVE;
   addrinfo* found = nullptr;
   const int failure = ::getaddrinfo(address.host.c_str(), std::to_string(address.port).c_str(), &hints, &found);
-  if (failure != 0) throw InputError(url, 0, std::string("does not resolve: ") + ::gai_strerror(failure), "udp://HOST:PORT, an address of this machine");
+  if (failure != 0)
+    throw InputError(url, 0, std::string("does not resolve: ") + ::gai_strerror(failure),
+                     "udp://HOST:PORT, an address of this machine");
   for (const addrinfo* a = found; a != nullptr && socket_ < 0; a = a->ai_next) {
     socket_ = ::socket(a->ai_family, a->ai_socktype, a->ai_protocol);
     if (socket_ >= 0 && ::bind(socket_, a->ai_addr, a->ai_addrlen) != 0) {
@@ -30,7 +32,9 @@ UdpReceiver::UdpReceiver(const std::string& url) : buffer_(65536) {
   }
   const int reason = errno;
   ::freeaddrinfo(found);
-  if (socket_ < 0) throw InputError(url, 0, std::string("cannot be listened on: ") + std::strerror(reason), "a free port of this machine");
+  if (socket_ < 0)
+    throw InputError(url, 0, std::string("cannot be listened on: ") + std::strerror(reason),
+                     "a free port of this machine");
 }
 
 UdpReceiver::~UdpReceiver() { ::close(socket_); }

@@ -53,12 +53,14 @@ void add_evaluate_command(CLI::App& app, int& exit_status) {
   const std::map<std::string, AlignMode> modes{
       {"none", AlignMode::none}, {"se3", AlignMode::se3}, {"sim3", AlignMode::sim3}, {"start", AlignMode::start}};
   command
-      ->add_option("--align", options->align,
-                   "none; se3, sim3: target frames matched over the camera centres; start: both referred to the first common "
-                   "epoch, one scale and one body point fitted")
+      ->add_option(
+          "--align", options->align,
+          "none; se3, sim3: target frames matched over the camera centres; start: both referred to the first common "
+          "epoch, one scale and one body point fitted")
       ->transform(CLI::CheckedTransformer(modes))
       ->option_text("none|se3|sim3|start [none]");
-  command->add_option("--json", options->json, "Also write the figures to this file (- : to standard output, instead of the text)");
+  command->add_option("--json", options->json,
+                      "Also write the figures to this file (- : to standard output, instead of the text)");
   command->callback([options, &exit_status] { exit_status = run(*options); });
 }
 

@@ -16,8 +16,8 @@ void Progress::show(std::size_t done, std::size_t listed, const app::StepReport&
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
   const double rate = elapsed_s > 0.0 ? static_cast<double>(done) / elapsed_s : 0.0;
   const double left_s = rate > 0.0 ? static_cast<double>(listed - done) / rate : 0.0;
-  std::fprintf(stderr, "\r\033[Kframe %zu of %zu  %.1f frames/s  %.0f s left  %s  %u features", done, listed, rate, left_s,
-               app::to_string(report.mode), static_cast<unsigned>(report.features));
+  std::fprintf(stderr, "\r\033[Kframe %zu of %zu  %.1f frames/s  %.0f s left  %s  %u features", done, listed, rate,
+               left_s, app::to_string(report.mode), static_cast<unsigned>(report.features));
   shown_ = true;
 }
 

@@ -35,8 +35,10 @@ struct Options {
 };
 
 void check(const Options& o) {
-  if (o.mode == "coop-mono" || o.mode == "coop-stereo") throw InputError("--mode " + o.mode, 0, "is not in this build yet", "--mode noncoop");
-  if (o.range_m < 0.0 || !std::isfinite(o.range_m)) throw InputError("--range", 0, "is not usable", "a positive number of metres");
+  if (o.mode == "coop-mono" || o.mode == "coop-stereo")
+    throw InputError("--mode " + o.mode, 0, "is not in this build yet", "--mode noncoop");
+  if (o.range_m < 0.0 || !std::isfinite(o.range_m))
+    throw InputError("--range", 0, "is not usable", "a positive number of metres");
   if (!o.tlm.empty()) static_cast<void>(parse_udp_url(o.tlm));
 }
 
@@ -54,8 +56,8 @@ RunDescription description_of(const Options& o, const FlightSetup& setup, std::s
   return d;
 }
 
-void write_results(const Options& o, const RunDescription& description, const ReplayOutcome& outcome, const RunHistory& history,
-                   const Trajectory& truth) {
+void write_results(const Options& o, const RunDescription& description, const ReplayOutcome& outcome,
+                   const RunHistory& history, const Trajectory& truth) {
   const auto evaluation = evaluate_run(history, truth);
   const Evaluation* judged = evaluation ? &*evaluation : nullptr;
   OutputFile(o.out + "/summary.json").write(summary_json(description, outcome, history, judged));
@@ -67,7 +69,8 @@ int run(const Options& o) {
   check(o);
   // All input is looked at before the output folder is touched.
   const fs::path camera_folder = fs::path(o.dataset) / "mav0" / "cam0";
-  if (!fs::is_directory(o.dataset)) throw InputError(o.dataset, 0, "is no folder", "a data set in the EuRoC layout (mav0/cam0/data.csv)");
+  if (!fs::is_directory(o.dataset))
+    throw InputError(o.dataset, 0, "is no folder", "a data set in the EuRoC layout (mav0/cam0/data.csv)");
   FlightSetup setup;
   setup.camera_file = (camera_folder / "sensor.yaml").string();
   setup.camera = read_camera_file(setup.camera_file);
@@ -97,16 +100,17 @@ int run(const Options& o) {
   catch_interrupts();
   RunHistory history;
   Progress progress;
-  const ReplayOutcome outcome =
-      run_replay(*loop, camera, files, history, [&](std::size_t done, std::size_t listed, const app::StepReport& report) {
-        if (!link.problem().empty()) throw std::runtime_error(link.problem());
-        progress.show(done, listed, report);
-        return !interrupted();
-      });
+  const ReplayOutcome outcome = run_replay(*loop, camera, files, history,
+                                           [&](std::size_t done, std::size_t listed, const app::StepReport& report) {
+                                             if (!link.problem().empty()) throw std::runtime_error(link.problem());
+                                             progress.show(done, listed, report);
+                                             return !interrupted();
+                                           });
   progress.finish();
   write_results(o, description, outcome, history, truth);
   if (!outcome.problem.empty()) std::fprintf(stderr, "relnav: %s\n", outcome.problem.c_str());
-  std::printf("%zu of %zu frames, %zu poses, %u resets, results in %s\n", history.frames.size(), description.frames_listed, outcome.poses,
+  std::printf("%zu of %zu frames, %zu poses, %u resets, results in %s\n", history.frames.size(),
+              description.frames_listed, outcome.poses,
               history.frames.empty() ? 0U : history.frames.back().reset_counter, o.out.c_str());
   return exit_status_of(outcome);
 }
@@ -116,13 +120,23 @@ int run(const Options& o) {
 void add_replay_command(CLI::App& app, int& exit_status) {
   const auto o = std::make_shared<Options>();
   CLI::App* command = app.add_subcommand("replay", "The flight loop over captured frames");
-  command->add_option("--dataset", o->dataset, "Folder in the EuRoC layout: mav0/cam0/{data.csv,data/,sensor.yaml}, optional truth.tum")->required();
-  command->add_option("--mode", o->mode, "What is estimated")->required()->check(CLI::IsMember({"noncoop", "coop-mono", "coop-stereo"}));
+  command
+      ->add_option("--dataset", o->dataset,
+                   "Folder in the EuRoC layout: mav0/cam0/{data.csv,data/,sensor.yaml}, optional truth.tum")
+      ->required();
+  command->add_option("--mode", o->mode, "What is estimated")
+      ->required()
+      ->check(CLI::IsMember({"noncoop", "coop-mono", "coop-stereo"}));
   command->add_option("--target", o->target, "Target model (coop-*)");
   command->add_option("--config", o->config, "Configuration of the flight loop, YAML");
-  command->add_option("--motion", o->motion, "noncoop: which motion model [rigid-target]")->check(CLI::IsMember({"rigid-target", "camera"}));
-  command->add_option("--range", o->range_m, "noncoop: start range along the line of sight in m; it also sets the free scale")->check(CLI::PositiveNumber);
-  command->add_option("--range-sigma", o->range_sigma_m, "noncoop: 1 sigma of the start range in m")->check(CLI::NonNegativeNumber);
+  command->add_option("--motion", o->motion, "noncoop: which motion model [rigid-target]")
+      ->check(CLI::IsMember({"rigid-target", "camera"}));
+  command
+      ->add_option("--range", o->range_m,
+                   "noncoop: start range along the line of sight in m; it also sets the free scale")
+      ->check(CLI::PositiveNumber);
+  command->add_option("--range-sigma", o->range_sigma_m, "noncoop: 1 sigma of the start range in m")
+      ->check(CLI::NonNegativeNumber);
   command->add_option("--out", o->out, "Folder for the results")->required();
   command->add_option("--tlm", o->tlm, "Also send telemetry to udp://HOST:PORT");
   const std::map<std::string, Pace> paces{{"max", Pace::max}, {"real", Pace::real}};

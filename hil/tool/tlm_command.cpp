@@ -28,12 +28,15 @@ int decode_file(const Options& options) {
   while (at < bytes.size()) {
     // Version 0, telemetry, with secondary header: anything else is no stream of packets, or its framing is lost.
     if ((bytes[at] & 0xF8U) != 0x08U) {
-      throw InputError(options.source, 0, format_text("byte %zu: no telemetry packet begins here", at), "CCSDS Space Packets, one after the other");
+      throw InputError(options.source, 0, format_text("byte %zu: no telemetry packet begins here", at),
+                       "CCSDS Space Packets, one after the other");
     }
     const auto length = telemetry::framed_length(bytes.subspan(at));
     if (!length) {
-      throw InputError(options.source, 0, format_text("byte %zu: %s, %zu bytes are left", at, to_string(length.status()), bytes.size() - at),
-                       "a whole CCSDS packet");
+      throw InputError(
+          options.source, 0,
+          format_text("byte %zu: %s, %zu bytes are left", at, to_string(length.status()), bytes.size() - at),
+          "a whole CCSDS packet");
     }
     print(bytes.subspan(at, length.value()), options.json);
     at += length.value();

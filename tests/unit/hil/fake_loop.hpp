@@ -34,7 +34,8 @@ class FakeLoop final : public hil::StepDriver {
       const double angle = 0.1 * (frame.mid_exposure - Time{}).seconds();
       report_.state.time = frame.mid_exposure;
       report_.state.t_CT = Vec3(0.0, 0.0, 5.0);
-      report_.state.R_CT << std::cos(angle), 0.0, std::sin(angle), 0.0, 1.0, 0.0, -std::sin(angle), 0.0, std::cos(angle);
+      report_.state.R_CT << std::cos(angle), 0.0, std::sin(angle), 0.0, 1.0, 0.0, -std::sin(angle), 0.0,
+          std::cos(angle);
       report_.state.pose_covariance = Mat6::Identity() * 1e-6;
       report_.features = 3;
       report_.times.total_ns = 2'500'000;

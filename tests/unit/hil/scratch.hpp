@@ -47,9 +47,9 @@ std::string message_of(Action action) {
 }  // namespace relnav::test
 
 /// The one-line message holds every piece.
-#define CHECK_MESSAGE_HOLDS(message, piece)                                                            \
-  do {                                                                                                 \
-    const std::string message_text = (message);                                                        \
-    CHECK_TEXT(message_text.find('\n') == std::string::npos, message_text.c_str());                    \
+#define CHECK_MESSAGE_HOLDS(message, piece)                                                                 \
+  do {                                                                                                      \
+    const std::string message_text = (message);                                                             \
+    CHECK_TEXT(message_text.find('\n') == std::string::npos, message_text.c_str());                         \
     CHECK_TEXT(message_text.find(piece) != std::string::npos, ("message: '" + message_text + "'").c_str()); \
   } while (false)

@@ -10,17 +10,17 @@ using relnav::test::Scratch;
 namespace {
 
 const std::string euroc =
-    "sensor_type: camera\n"                                                                // 1
-    "T_BS:\n"                                                                              // 2
-    "  cols: 4\n"                                                                          // 3
-    "  rows: 4\n"                                                                          // 4
-    "  data: [0, -1, 0, 0.6, 1, 0, 0, 0.1, 0, 0, 1, -0.2, 0, 0, 0, 1]\n"                   // 5
-    "rate_hz: 10\n"                                                                        // 6
-    "resolution: [640, 480]\n"                                                             // 7
-    "camera_model: pinhole\n"                                                              // 8
-    "intrinsics: [663.9, 664.6, 323.8, 235.2]  # fu, fv, cu, cv\n"                         // 9
-    "distortion_model: radial-tangential\n"                                                // 10
-    "distortion_coefficients: [-0.045, 0.03, -0.0004, 0.0006]\n";                          // 11
+    "sensor_type: camera\n"                                               // 1
+    "T_BS:\n"                                                             // 2
+    "  cols: 4\n"                                                         // 3
+    "  rows: 4\n"                                                         // 4
+    "  data: [0, -1, 0, 0.6, 1, 0, 0, 0.1, 0, 0, 1, -0.2, 0, 0, 0, 1]\n"  // 5
+    "rate_hz: 10\n"                                                       // 6
+    "resolution: [640, 480]\n"                                            // 7
+    "camera_model: pinhole\n"                                             // 8
+    "intrinsics: [663.9, 664.6, 323.8, 235.2]  # fu, fv, cu, cv\n"        // 9
+    "distortion_model: radial-tangential\n"                               // 10
+    "distortion_coefficients: [-0.045, 0.03, -0.0004, 0.0006]\n";         // 11
 
 std::string replaced(std::string text, const std::string& from, const std::string& to) {
   const std::size_t at = text.find(from);
@@ -32,7 +32,8 @@ std::string replaced(std::string text, const std::string& from, const std::strin
 const bool yaml_tables_built = [] {
   const Scratch scratch;
   std::string everything = replaced(euroc, "663.9", "[x");
-  for (const std::string& text : {euroc, everything + "- 'a'\n? \"b\" : |\n c\n", "%YAML:1.0\n---\na: !!b c\nd: &e {f: .nan}\n..."  + std::string("\n")}) {
+  for (const std::string& text : {euroc, everything + "- 'a'\n? \"b\" : |\n c\n",
+                                  "%YAML:1.0\n---\na: !!b c\nd: &e {f: .nan}\n..." + std::string("\n")}) {
     static_cast<void>(message_of([&] { static_cast<void>(read_camera_file(scratch.write("c.yaml", text))); }));
   }
   return true;
@@ -56,7 +57,9 @@ void check_is_the_camera(const CameraIntrinsics& c) {
 
 TEST_GROUP(CameraFile) {
   Scratch scratch;
-  CameraCalibration read(const std::string& text, int index = 0) { return read_camera_file(scratch.write("cam.yaml", text), index); }
+  CameraCalibration read(const std::string& text, int index = 0) {
+    return read_camera_file(scratch.write("cam.yaml", text), index);
+  }
   std::string failure(const std::string& text, int index = 0) {
     return message_of([&] { static_cast<void>(read(text, index)); });
   }
@@ -94,17 +97,18 @@ TEST(CameraFile, ReadsRosCameraInfo) {
 }
 
 TEST(CameraFile, ReadsOpencvFileStorage) {
-  check_is_the_camera(
-      read("%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n   rows: 3\n   cols: 3\n   dt: d\n"
-           "   data: [ 6.6390000000000000e+02, 0., 323.8, 0., 664.6, 235.2, 0., 0., 1. ]\n"
-           "distortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n"
-           "   data: [ -4.5e-02, 3.0e-02, -0.0004, 0.0006, 0. ]\n")
-          .intrinsics);
+  check_is_the_camera(read("%YAML:1.0\n---\nimage_width: 640\nimage_height: 480\ncamera_matrix: !!opencv-matrix\n   "
+                           "rows: 3\n   cols: 3\n   dt: d\n"
+                           "   data: [ 6.6390000000000000e+02, 0., 323.8, 0., 664.6, 235.2, 0., 0., 1. ]\n"
+                           "distortion_coefficients: !!opencv-matrix\n   rows: 5\n   cols: 1\n   dt: d\n"
+                           "   data: [ -4.5e-02, 3.0e-02, -0.0004, 0.0006, 0. ]\n")
+                          .intrinsics);
 }
 
 TEST(CameraFile, ReadsEveryDistortionModel) {
   const auto with = [&](const std::string& model, const std::string& numbers) {
-    return read(replaced(replaced(euroc, "radial-tangential", model), "[-0.045, 0.03, -0.0004, 0.0006]", numbers)).intrinsics.model;
+    return read(replaced(replaced(euroc, "radial-tangential", model), "[-0.045, 0.03, -0.0004, 0.0006]", numbers))
+        .intrinsics.model;
   };
   CHECK(with("radial-inverse", "[-0.1, 0.17]") == DistortionModel::radial_inverse);
   CHECK(with("equidistant", "[0.1, 0.2, 0.3, 0.4]") == DistortionModel::equidistant);
@@ -122,30 +126,39 @@ TEST(CameraFile, BadFocalLengthIsNamedWithItsLine) {
   const auto with = [&](const std::string& fu) { return failure(replaced(euroc, "663.9", fu)); };
   CHECK_MESSAGE_HOLDS(with("-663.9"), "cam.yaml:9: focal length [-663.9, 664.6] (expected positive focal lengths");
   CHECK_MESSAGE_HOLDS(with("0"), "cam.yaml:9: focal length [0, 664.6]");
-  for (const char* bad : {".nan", "nan", ".inf", "inf", "-.inf"}) CHECK_MESSAGE_HOLDS(with(bad), "not finite (expected a finite number)");
+  for (const char* bad : {".nan", "nan", ".inf", "inf", "-.inf"})
+    CHECK_MESSAGE_HOLDS(with(bad), "not finite (expected a finite number)");
   CHECK_MESSAGE_HOLDS(with("abc"), "cam.yaml:9: intrinsics is 'abc' (expected a finite number)");
   CHECK_MESSAGE_HOLDS(with("{a: 1}"), "cam.yaml:9: intrinsics is not a number");
 }
 
 TEST(CameraFile, WrongCountsAreNamedWithTheirLine) {
-  CHECK_MESSAGE_HOLDS(failure(replaced(euroc, "663.9, ", "")), "cam.yaml:9: intrinsics has 3 numbers (expected 4: [fu, fv, cu, cv])");
-  CHECK_MESSAGE_HOLDS(failure(replaced(euroc, ", 0.0006", "")), "cam.yaml:11: distortion_coefficients has 3 numbers (expected 4: [k1, k2, p1, p2])");
-  CHECK_MESSAGE_HOLDS(failure(replaced(euroc, "0.0006]", "0.0006, 0.1]")), "distortion coefficient 5 is 0.1 (expected 0");
+  CHECK_MESSAGE_HOLDS(failure(replaced(euroc, "663.9, ", "")),
+                      "cam.yaml:9: intrinsics has 3 numbers (expected 4: [fu, fv, cu, cv])");
+  CHECK_MESSAGE_HOLDS(failure(replaced(euroc, ", 0.0006", "")),
+                      "cam.yaml:11: distortion_coefficients has 3 numbers (expected 4: [k1, k2, p1, p2])");
+  CHECK_MESSAGE_HOLDS(failure(replaced(euroc, "0.0006]", "0.0006, 0.1]")),
+                      "distortion coefficient 5 is 0.1 (expected 0");
   CHECK_MESSAGE_HOLDS(failure(replaced(euroc, "[640, 480]", "[640]")), "cam.yaml:7: resolution is not a pair");
-  CHECK_MESSAGE_HOLDS(failure(replaced(euroc, "[640, 480]", "[640, 0]")), "cam.yaml:7: height is '0' (expected a whole number");
-  CHECK_MESSAGE_HOLDS(failure(replaced(euroc, "0, 0, 0, 1]", "0, 0, 0]")), "cam.yaml:5: T_BS has 15 numbers (expected 16");
-  CHECK_MESSAGE_HOLDS(failure(replaced(euroc, "data: [0, -1", "data: [0, -2")), "cam.yaml:5: T_BS is not a rigid motion");
+  CHECK_MESSAGE_HOLDS(failure(replaced(euroc, "[640, 480]", "[640, 0]")),
+                      "cam.yaml:7: height is '0' (expected a whole number");
+  CHECK_MESSAGE_HOLDS(failure(replaced(euroc, "0, 0, 0, 1]", "0, 0, 0]")),
+                      "cam.yaml:5: T_BS has 15 numbers (expected 16");
+  CHECK_MESSAGE_HOLDS(failure(replaced(euroc, "data: [0, -1", "data: [0, -2")),
+                      "cam.yaml:5: T_BS is not a rigid motion");
 }
 
 TEST(CameraFile, UnknownModelsAreNamed) {
   CHECK_MESSAGE_HOLDS(failure(replaced(euroc, "radial-tangential", "thin-prism")),
                       "cam.yaml:10: unknown distortion model 'thin-prism' (expected radial-tangential");
-  CHECK_MESSAGE_HOLDS(failure(replaced(euroc, "pinhole", "omni")), "cam.yaml:8: camera model 'omni' (expected pinhole)");
+  CHECK_MESSAGE_HOLDS(failure(replaced(euroc, "pinhole", "omni")),
+                      "cam.yaml:8: camera model 'omni' (expected pinhole)");
 }
 
 TEST(CameraFile, WhatIsNoCameraFileIsSaid) {
   CHECK_MESSAGE_HOLDS(failure(""), "cam.yaml: holds no keys");
   CHECK_MESSAGE_HOLDS(failure("just text"), "cam.yaml: holds no keys");
   CHECK_MESSAGE_HOLDS(failure("a: [1, 2\nb: 3\n"), "not YAML");
-  CHECK_MESSAGE_HOLDS(message_of([&] { static_cast<void>(read_camera_file(scratch.path("no.yaml"))); }), "no.yaml: cannot be opened");
+  CHECK_MESSAGE_HOLDS(message_of([&] { static_cast<void>(read_camera_file(scratch.path("no.yaml"))); }),
+                      "no.yaml: cannot be opened");
 }

@@ -26,13 +26,16 @@ TEST(ImageList, KeepsFileOrderWithRepeatedAndBackwardStamps) {
 }
 
 TEST(ImageList, MessagesNameFileLineAndExpectation) {
-  CHECK_MESSAGE_HOLDS(failure("#t,f\n1;a.png\n"), "cam0/data.csv:2: 1 column (expected 2: timestamp in ns and file name)");
+  CHECK_MESSAGE_HOLDS(failure("#t,f\n1;a.png\n"),
+                      "cam0/data.csv:2: 1 column (expected 2: timestamp in ns and file name)");
   CHECK_MESSAGE_HOLDS(failure("1,a.png\n2,b.png,c\n"), "cam0/data.csv:2: 3 columns");
-  CHECK_MESSAGE_HOLDS(failure("1.5,a.png\n"), "cam0/data.csv:1: timestamp '1.5' (expected non-negative integer nanoseconds)");
+  CHECK_MESSAGE_HOLDS(failure("1.5,a.png\n"),
+                      "cam0/data.csv:1: timestamp '1.5' (expected non-negative integer nanoseconds)");
   CHECK_MESSAGE_HOLDS(failure("99999999999999999999,a.png\n"), "timestamp '99999999999999999999'");
   CHECK_MESSAGE_HOLDS(failure("-1,a.png\n"), "timestamp '-1'");
   CHECK_MESSAGE_HOLDS(failure("1,\n"), "cam0/data.csv:1: empty file name");
-  CHECK_MESSAGE_HOLDS(failure("#timestamp [ns],filename\n"), "cam0/data.csv: lists no image (expected at least one row");
+  CHECK_MESSAGE_HOLDS(failure("#timestamp [ns],filename\n"),
+                      "cam0/data.csv: lists no image (expected at least one row");
   CHECK_MESSAGE_HOLDS(failure(""), "lists no image");
 }
 

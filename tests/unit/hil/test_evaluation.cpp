@@ -77,9 +77,7 @@ TEST(AssociationOfStamps, ToleranceIsHalfTheShorterPeriod) {
   CHECK_EQUAL(0U, a.pairs[0].estimate);
 }
 
-TEST_GROUP(EvaluationOfTrajectories) {
-  Trajectory truth = tumbling_truth();
-};
+TEST_GROUP(EvaluationOfTrajectories) { Trajectory truth = tumbling_truth(); };
 
 TEST(EvaluationOfTrajectories, IdentityHasNoError) {
   for (const AlignMode align : {AlignMode::none, AlignMode::se3, AlignMode::sim3, AlignMode::start}) {
@@ -210,7 +208,8 @@ TEST(EvaluationOfTrajectories, Sim3SeesThroughAMirroredSolution) {
 TEST(EvaluationOfTrajectories, NoCommonEpochIsAnError) {
   Trajectory estimate = truth;
   for (TimedPose& pose : estimate) pose.time.ns += 1'000'000'000'000;
-  CHECK_MESSAGE_HOLDS(message_of([&] { static_cast<void>(evaluate(truth, estimate, nullptr, AlignMode::none)); }), "no epoch in common");
+  CHECK_MESSAGE_HOLDS(message_of([&] { static_cast<void>(evaluate(truth, estimate, nullptr, AlignMode::none)); }),
+                      "no epoch in common");
 }
 
 TEST_GROUP(Nees) {
@@ -253,8 +252,8 @@ TEST(Nees, OverconfidenceLeavesTheBand) {
 TEST(Nees, OrderOfTheErrorStateMatters) {
   for (TimedCovariance& covariance : covariances) {
     Mat6 swapped;
-    swapped << covariance.P.bottomRightCorner<3, 3>(), covariance.P.bottomLeftCorner<3, 3>(), covariance.P.topRightCorner<3, 3>(),
-        covariance.P.topLeftCorner<3, 3>();
+    swapped << covariance.P.bottomRightCorner<3, 3>(), covariance.P.bottomLeftCorner<3, 3>(),
+        covariance.P.topRightCorner<3, 3>(), covariance.P.topLeftCorner<3, 3>();
     covariance.P = swapped;
   }
   CHECK(evaluate(truth, estimate, &covariances, AlignMode::none).nees->mean > 20.0);

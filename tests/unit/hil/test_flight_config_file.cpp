@@ -18,7 +18,9 @@ TEST_GROUP(FlightConfigFile) {
 
 TEST(FlightConfigFile, ChangesWhatItNamesAndNothingElse) {
   const double gate = config.navigator.filter.gate_chi2;
-  STRCMP_EQUAL("", failure("filter:\n  chart: rodrigues\n  pixel_sigma_px: 0.5\nfront_end: {fast_threshold: 20}\nloop:\n  lost_after_frames: 7\n  refuse_frozen: false\n").c_str());
+  STRCMP_EQUAL("", failure("filter:\n  chart: rodrigues\n  pixel_sigma_px: 0.5\nfront_end: {fast_threshold: "
+                           "20}\nloop:\n  lost_after_frames: 7\n  refuse_frozen: false\n")
+                       .c_str());
   CHECK(config.navigator.filter.chart == AttitudeChartKind::rodrigues);
   DOUBLES_EQUAL(0.5, config.navigator.filter.pixel_sigma_px, 0.0);
   DOUBLES_EQUAL(gate, config.navigator.filter.gate_chi2, 0.0);
@@ -30,10 +32,13 @@ TEST(FlightConfigFile, ChangesWhatItNamesAndNothingElse) {
 
 TEST(FlightConfigFile, MessagesNameFileLineAndExpectation) {
   CHECK_MESSAGE_HOLDS(failure("filter:\n  gate: 3\n"), "c.yaml:2: unknown key 'filter.gate' (expected one of ");
-  CHECK_MESSAGE_HOLDS(failure("filters:\n  gate: 3\n"), "c.yaml:1: unknown section 'filters' (expected one of filter, front_end, loop)");
-  CHECK_MESSAGE_HOLDS(failure("filter:\n  gate_chi2: .nan\n"), "c.yaml:2: filter.gate_chi2 is '.nan' (expected a finite number)");
+  CHECK_MESSAGE_HOLDS(failure("filters:\n  gate: 3\n"),
+                      "c.yaml:1: unknown section 'filters' (expected one of filter, front_end, loop)");
+  CHECK_MESSAGE_HOLDS(failure("filter:\n  gate_chi2: .nan\n"),
+                      "c.yaml:2: filter.gate_chi2 is '.nan' (expected a finite number)");
   CHECK_MESSAGE_HOLDS(failure("filter:\n  gate_chi2: nan\n"), "expected a finite number");
-  CHECK_MESSAGE_HOLDS(failure("loop:\n\n  min_inliers: 70000\n"), "c.yaml:3: loop.min_inliers is '70000' (expected a whole number from 0 to 65535)");
+  CHECK_MESSAGE_HOLDS(failure("loop:\n\n  min_inliers: 70000\n"),
+                      "c.yaml:3: loop.min_inliers is '70000' (expected a whole number from 0 to 65535)");
   CHECK_MESSAGE_HOLDS(failure("loop: {min_inliers: [1]}\n"), "expected a single value");
   CHECK_MESSAGE_HOLDS(failure("loop: 3\n"), "c.yaml:1: section 'loop' holds no keys");
   CHECK_MESSAGE_HOLDS(failure("filter: {chart: euler}\n"), "expected mrp or rodrigues");

@@ -44,7 +44,8 @@ TEST(PacketText, StateIsReadable) {
   state.valid_flags = telemetry::valid::pose | telemetry::valid::rate;
   state.t_CT = {0.5, -0.25, 8.0};
   const std::string text = packet_text(encoded(state), {});
-  for (const char* piece : {"REL_STATE", "time_ns=100000000001", "mode=TRACK", "valid_flags=pose|rate", "t_CT=0.5,-0.25,8", "q_CT=0,0,0,1"}) {
+  for (const char* piece : {"REL_STATE", "time_ns=100000000001", "mode=TRACK", "valid_flags=pose|rate",
+                            "t_CT=0.5,-0.25,8", "q_CT=0,0,0,1"}) {
     CHECK_MESSAGE_HOLDS(text, piece);
   }
   const auto json = nlohmann::json::parse(packet_json(encoded(state), {}));
@@ -60,7 +61,9 @@ TEST(PacketText, FeaturesKeepTheirEntries) {
   features.features_total = 2;
   CHECK(features.entries.push_back({3, 1, 256, -512, 0.5F, 3}) == Status::ok);
   CHECK(features.entries.push_back({4, 7, 0, 0, 0.0F, 1}) == Status::ok);
-  CHECK_MESSAGE_HOLDS(packet_text(encoded(features), {}), "[0] slot=3 generation=1 u_px_256=256 v_px_256=-512 residual_px=0.5 use=low_innovation [1] slot=4");
+  CHECK_MESSAGE_HOLDS(
+      packet_text(encoded(features), {}),
+      "[0] slot=3 generation=1 u_px_256=256 v_px_256=-512 residual_px=0.5 use=low_innovation [1] slot=4");
   const auto json = nlohmann::json::parse(packet_json(encoded(features), {}));
   CHECK_EQUAL(2U, json["entries"].size());
   CHECK(json["entries"][1]["use"] == "not_found");
@@ -68,10 +71,12 @@ TEST(PacketText, FeaturesKeepTheirEntries) {
 
 TEST(PacketText, EventArgumentsAreNamed) {
   const auto bytes = encoded(size_event());
-  CHECK_MESSAGE_HOLDS(packet_text(bytes, {}), "width_px=320 height_px=240 expected_width_px=640 expected_height_px=480");
+  CHECK_MESSAGE_HOLDS(packet_text(bytes, {}),
+                      "width_px=320 height_px=240 expected_width_px=640 expected_height_px=480");
   CHECK(nlohmann::json::parse(packet_json(bytes, {}))["args"]["expected_height_px"] == 480);
   const std::string line = event_log_line(bytes, {});
-  for (const char* piece : {"100.500000000 frame 5 MEDIUM frame_refused_size status=invalid_argument width_px=320", "occurrence=2"}) {
+  for (const char* piece :
+       {"100.500000000 frame 5 MEDIUM frame_refused_size status=invalid_argument width_px=320", "occurrence=2"}) {
     CHECK_MESSAGE_HOLDS(line, piece);
   }
   STRCMP_EQUAL("", event_log_line(encoded(telemetry::HealthPacket{}), {}).c_str());
@@ -86,9 +91,7 @@ TEST(PacketText, DamageIsSaid) {
   STRCMP_EQUAL("", event_log_line(bytes, {}).c_str());
 }
 
-TEST_GROUP(TelemetryOut) {
-  Scratch scratch;
-};
+TEST_GROUP(TelemetryOut) { Scratch scratch; };
 
 TEST(TelemetryOut, PacketsGoToFileAndListener) {
   std::size_t heard = 0;

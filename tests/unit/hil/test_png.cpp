@@ -1,9 +1,9 @@
+#include <zlib.h>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
 #include <iterator>
 #include <vector>
-#include <zlib.h>
 
 #include "hil/io/image.hpp"
 #include "tests/unit/hil/scratch.hpp"
@@ -22,11 +22,13 @@ void add_chunk(std::string& out, const std::string& type, const std::string& dat
   add_be32(out, static_cast<std::uint32_t>(data.size()));
   const std::string body = type + data;
   out += body;
-  add_be32(out, static_cast<std::uint32_t>(crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()))));
+  add_be32(out, static_cast<std::uint32_t>(
+                    crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()))));
 }
 
 /// A PNG made by hand: rows are raw samples, each with the filter byte 0 in front.
-std::string make_png(std::uint32_t width, std::uint32_t height, int bit_depth, int colour_type, const std::string& rows) {
+std::string make_png(std::uint32_t width, std::uint32_t height, int bit_depth, int colour_type,
+                     const std::string& rows) {
   std::string out("\x89PNG\r\n\x1a\n", 8);
   std::string header;
   add_be32(header, width);
@@ -35,7 +37,8 @@ std::string make_png(std::uint32_t width, std::uint32_t height, int bit_depth, i
   add_chunk(out, "IHDR", header);
   uLongf size = compressBound(static_cast<uLong>(rows.size()));
   std::string packed(size, '\0');
-  compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(rows.data()), static_cast<uLong>(rows.size()));
+  compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(rows.data()),
+           static_cast<uLong>(rows.size()));
   packed.resize(size);
   add_chunk(out, "IDAT", packed);
   add_chunk(out, "IEND", "");
@@ -71,7 +74,8 @@ TEST(Png, ReadsGrey16InMachineOrder) {
 }
 
 TEST(Png, TurnsColourIntoGrey) {
-  const Image image = read_png(scratch.write("i.png", make_png(3, 1, 8, 2, std::string("\0\377\0\0\0\377\0\0\0\377", 10))));
+  const Image image =
+      read_png(scratch.write("i.png", make_png(3, 1, 8, 2, std::string("\0\377\0\0\0\377\0\0\0\377", 10))));
   CHECK(image.bytes == (std::vector<std::uint8_t>{76, 150, 29}));
 }
 
@@ -103,7 +107,10 @@ TEST(Png, DamagedPixelsAreAnError) {
 }
 
 TEST(Png, MissingFileIsNamed) {
-  CHECK_MESSAGE_HOLDS(message_of([&] { static_cast<void>(read_png(scratch.path("no.png"))); }), "no.png: cannot be opened");
+  CHECK_MESSAGE_HOLDS(message_of([&] { static_cast<void>(read_png(scratch.path("no.png"))); }),
+                      "no.png: cannot be opened");
 }
 
-TEST(Png, HugeSizeIsRefused) { CHECK_MESSAGE_HOLDS(failure(make_png(2000000000, 2000000000, 8, 0, "")), "damaged or truncated"); }
+TEST(Png, HugeSizeIsRefused) {
+  CHECK_MESSAGE_HOLDS(failure(make_png(2000000000, 2000000000, 8, 0, "")), "damaged or truncated");
+}

@@ -47,14 +47,15 @@ TEST_GROUP(Replay) {
     std::vector<ImageEntry> entries;
     for (int i = 0; i < count; ++i) {
       const std::string name = "f" + std::to_string(i) + ".png";
-      entries.push_back({Time{(i + 1) * 100'000'000LL}, scratch.write(name, png_bytes(width, height, static_cast<std::uint8_t>(10 + i))), i + 1});
+      entries.push_back({Time{(i + 1) * 100'000'000LL},
+                         scratch.write(name, png_bytes(width, height, static_cast<std::uint8_t>(10 + i))), i + 1});
     }
     return entries;
   }
   ReplayCamera camera_over(std::vector<ImageEntry> entries, Pace pace = Pace::max) {
     return ReplayCamera(std::move(entries), width, height, clock, pace);
   }
-  ReplayOutcome run(ReplayCamera& camera, FakeLoop& loop, std::size_t stop_after = 1000) {
+  ReplayOutcome run(ReplayCamera & camera, FakeLoop & loop, std::size_t stop_after = 1000) {
     RunFiles files(prepare_run_folder(scratch.path("out"), true));
     return run_replay(loop, camera, files, history, [&](std::size_t done, std::size_t, const app::StepReport&) {
       ++shown;
@@ -144,7 +145,8 @@ TEST(Replay, BadImagesEndTheRunAndKeepWhatWasDone) {
   };
   const std::string good = png_bytes(width, height, 1);
   for (const Case& c : {Case{"", "cannot be opened"}, Case{good.substr(0, good.size() / 2), "damaged or truncated"},
-                        Case{png_bytes(4, 3, 1), "4 x 3 pixels (expected 8 x 6 as the camera file says)"}, Case{"text", "no PNG signature"}}) {
+                        Case{png_bytes(4, 3, 1), "4 x 3 pixels (expected 8 x 6 as the camera file says)"},
+                        Case{"text", "no PNG signature"}}) {
     history = {};
     auto entries = images(5);
     std::filesystem::remove(entries[3].path);
@@ -173,10 +175,11 @@ TEST(Replay, NoPoseAndLostTrackAreFaults) {
   ReplayCamera camera = camera_over(images(3));
   FakeLoop loop(camera);
   RunFiles files(prepare_run_folder(scratch.path("out"), true));
-  const ReplayOutcome outcome = run_replay(loop, camera, files, history, [&](std::size_t done, std::size_t, const app::StepReport&) {
-    if (done == 2) loop.mode = app::Mode::lost;
-    return true;
-  });
+  const ReplayOutcome outcome =
+      run_replay(loop, camera, files, history, [&](std::size_t done, std::size_t, const app::StepReport&) {
+        if (done == 2) loop.mode = app::Mode::lost;
+        return true;
+      });
   CHECK_EQUAL(1, exit_status_of(outcome));
   CHECK_MESSAGE_HOLDS(outcome.problem, "ended without track, in mode LOST");
 }
@@ -253,9 +256,7 @@ TEST(Replay, ReportOfARunWithoutPosesIsComplete) {
   CHECK(report_html({}, {}, {}, nullptr, nullptr).find("</html>") != std::string::npos);
 }
 
-TEST_GROUP(RunFolder) {
-  Scratch scratch;
-};
+TEST_GROUP(RunFolder) { Scratch scratch; };
 
 TEST(RunFolder, IsCreatedWithItsParents) {
   static_cast<void>(prepare_run_folder(scratch.path("a/b/c"), false));
@@ -276,8 +277,10 @@ TEST(RunFolder, NonEmptyIsRefusedWithoutForce) {
 
 TEST(RunFolder, FileInItsPlaceIsNamed) {
   scratch.write("out", "x");
-  CHECK_MESSAGE_HOLDS(message_of([&] { static_cast<void>(prepare_run_folder(scratch.path("out"), true)); }), "out: is a file");
-  CHECK_MESSAGE_HOLDS(message_of([&] { static_cast<void>(prepare_run_folder(scratch.path("out/deeper"), true)); }), "cannot be created");
+  CHECK_MESSAGE_HOLDS(message_of([&] { static_cast<void>(prepare_run_folder(scratch.path("out"), true)); }),
+                      "out: is a file");
+  CHECK_MESSAGE_HOLDS(message_of([&] { static_cast<void>(prepare_run_folder(scratch.path("out/deeper"), true)); }),
+                      "cannot be created");
 }
 
 TEST(RunFolder, FullDiskIsNamed) {
@@ -288,7 +291,9 @@ TEST(RunFolder, FullDiskIsNamed) {
 TEST_GROUP(Base64){};
 
 TEST(Base64, MatchesTheTestVectorsOfTheRfc) {
-  const auto of = [](const std::string& text) { return base64({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()}); };
+  const auto of = [](const std::string& text) {
+    return base64({reinterpret_cast<const std::uint8_t*>(text.data()), text.size()});
+  };
   STRCMP_EQUAL("", of("").c_str());
   STRCMP_EQUAL("Zg==", of("f").c_str());
   STRCMP_EQUAL("Zm8=", of("fo").c_str());

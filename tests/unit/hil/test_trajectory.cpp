@@ -48,7 +48,8 @@ TEST(TrajectoryFile, ReadsBackWhatIsWritten) {
   pose.time.ns = 1403636579763555527;
   pose.t_CT = Vec3(1.25, -2.5, 1e-9);
   pose.R_CT = rotation_exp(Vec3(3.0, 0.4, -0.5));
-  const std::string path = scratch.write("t.tum", std::string(trajectory_header) + "\n" + trajectory_line(pose) + "  # note\r\n\n");
+  const std::string path =
+      scratch.write("t.tum", std::string(trajectory_header) + "\n" + trajectory_line(pose) + "  # note\r\n\n");
   const Trajectory read = read_trajectory(path);
   CHECK_EQUAL(1U, read.size());
   CHECK(read[0].time == pose.time);
@@ -79,7 +80,8 @@ TEST(TrajectoryFile, MessagesNameFileLineAndExpectation) {
 }
 
 TEST(TrajectoryFile, MissingFileAndFolderAreNamed) {
-  CHECK_MESSAGE_HOLDS(message_of([&] { static_cast<void>(read_trajectory(scratch.path("none.tum"))); }), "none.tum: cannot be opened");
+  CHECK_MESSAGE_HOLDS(message_of([&] { static_cast<void>(read_trajectory(scratch.path("none.tum"))); }),
+                      "none.tum: cannot be opened");
   CHECK_MESSAGE_HOLDS(message_of([&] { static_cast<void>(read_trajectory(scratch.path(""))); }), "is a folder");
 }
 
@@ -97,7 +99,8 @@ TEST(CovarianceFile, ReadsBackWhatIsWritten) {
   for (int i = 0; i < 6; ++i) {
     for (int j = i; j < 6; ++j) row.P(i, j) = row.P(j, i) = 1e-6 * (10 * i + j) - 3e-6;
   }
-  STRCMP_EQUAL("t_ns,c00,c01,c02,c03,c04,c05,c11,c12,c13,c14,c15,c22,c23,c24,c25,c33,c34,c35,c44,c45,c55", covariance_header().c_str());
+  STRCMP_EQUAL("t_ns,c00,c01,c02,c03,c04,c05,c11,c12,c13,c14,c15,c22,c23,c24,c25,c33,c34,c35,c44,c45,c55",
+               covariance_header().c_str());
   const auto read = read_covariances(scratch.write("c.csv", covariance_header() + "\n" + covariance_line(row) + "\n"));
   CHECK_EQUAL(1U, read.size());
   CHECK(read[0].time == row.time);
