@@ -301,7 +301,7 @@ TEST(FlightLoop, DoesNotUseImagesWithoutContrast) {
     LoopBench b;
     const RenderedBox::Pixels flat(pictures.box[0].size(), static_cast<std::uint8_t>(level));
     CHECK_TRUE(b.begin() == Status::ok);
-    for (std::uint32_t i = 0; i < 25; ++i) {
+    for (std::uint32_t i = 0; i < 45; ++i) {
       CHECK_TRUE(b.feed(flat, i * period_ns, i).status == Status::incomplete);
       CHECK_TRUE(b.loop.mode() == (i < 9 ? Mode::acquire : Mode::lost));
     }
@@ -316,7 +316,7 @@ TEST(FlightLoop, DoesNotUseImagesWithoutContrast) {
 TEST(FlightLoop, DoesNotUseAFrozenImage) {
   reach_track();
   const auto& last = pictures.box[(next - 1) % pictures.box.size()];
-  for (int i = 0; i < 30; ++i) {
+  for (int i = 0; i < 45; ++i) {
     const std::uint32_t n = next++;
     CHECK_TRUE(bench.feed(last, n * period_ns, n).status == Status::incomplete);
     CHECK_TRUE(bench.loop.mode() == (i < 9 ? Mode::track : Mode::lost));
@@ -392,6 +392,7 @@ TEST(FlightLoop, StartsTheCameraAnewWhenALeaseCannotBeGivenBack) {
   LONGS_EQUAL(1, b.events(EventId::camera_lost).size());
   CHECK_TRUE(b.feed(pictures.box[1], period_ns, 1).status == Status::ok);
   LONGS_EQUAL(1, b.events(EventId::camera_recovered).size());
+  LONGS_EQUAL(1, b.camera.leases_out());  // the one that was refused
 }
 
 // ---- telemetry, health ----
