@@ -48,22 +48,27 @@ Status NoncoopNavigator::start(const vision::ImageView& image, Time time, StepRe
   if (status != Status::ok) return status;
   if (candidates.size() < config_.min_start_features) return Status::too_few_features;
 
-  // Line of sight to the middle of what is seen, and its spread (root mean square), both as tangents.
+  // Line of sight to the middle of what is seen, and its half width, both as tangents. Of the two axes of the scatter the
+  // shorter one counts: solar panels and booms stretch the other far beyond the depth of the body.
   Vec2 sum = Vec2::Zero();
-  double sum2 = 0.0;
+  Mat2 sum2 = Mat2::Zero();
   double count = 0.0;
   for (const CornerCandidate& c : candidates) {
     Vec3 ray_C;
     if (camera_.unproject(Vec2(c.u_px, c.v_px), ray_C) != Status::ok || !(ray_C.z() > 0.0)) continue;
     const Vec2 xy = ray_C.head<2>() / ray_C.z();
     sum += xy;
-    sum2 += xy.squaredNorm();
+    sum2 += xy * xy.transpose();
     count += 1.0;
   }
   if (count < static_cast<double>(config_.min_start_features)) return Status::too_few_features;
   const Vec2 mean = sum / count;
-  const double spread = std::sqrt(std::max(0.0, sum2 / count - mean.squaredNorm()));
-  filter_.start(time, Vec3(mean(0), mean(1), 1.0).normalized(), spread);
+  const Mat2 scatter = sum2 / count - mean * mean.transpose();
+  const double half_sum = 0.5 * (scatter(0, 0) + scatter(1, 1));
+  const double half_difference = 0.5 * (scatter(0, 0) - scatter(1, 1));
+  const double root = std::sqrt(half_difference * half_difference + scatter(0, 1) * scatter(0, 1));
+  const double half_extent = std::sqrt(std::max(0.0, 2.0 * (half_sum - root)));
+  filter_.start(time, Vec3(mean(0), mean(1), 1.0).normalized(), half_extent);
   started_ = true;
   for (const CornerCandidate& c : candidates) {
     const Expected<SlotHandle> slot = filter_.add_feature(Vec2(c.u_px, c.v_px));

@@ -18,8 +18,9 @@ constexpr double min_cos_view_change = 0.42;
 constexpr int steps_per_frame = 2;
 /// Posterior probability from which on a start hypothesis has won.
 constexpr double decided_probability = 0.99;
-/// First view: the patch itself is the definition of the point; what is left is its own noise.
-constexpr double first_view_sigma_px = 0.1;
+/// First view: the patch defines the point, but light and view change its look afterwards, mostly in common to all later
+/// matches of the feature (0.2 to 0.3 px against the truth on rendered foil). Taken as noise of the first view.
+constexpr double first_view_sigma_px = 0.25;
 
 [[nodiscard]] bool is_valid_sigma(double sigma) { return std::isfinite(sigma) && sigma >= 0.0; }
 

@@ -49,6 +49,7 @@ class NoncoopFilter {
   /// Drops features that have served; their handles are appended to `dropped`.
   void drop_spent_features(BoundedVector<SlotHandle, config::max_features>& dropped);
 
+  [[nodiscard]] const StartAdjustment::Result& start_result() const { return start_result_; }
   /// The start adjustment has not yet handed over for good.
   [[nodiscard]] bool is_starting() const { return starting_; }
   [[nodiscard]] RelativeState output() const;

@@ -15,6 +15,12 @@ namespace {
 constexpr double huber_sigma = 2.5;
 constexpr double min_depth_fraction = 0.2;  ///< of a track's prior depth that a step may reach
 constexpr double max_damping = 1e6;
+/// Tracks whose depth priors together count as one: the depths of a surface go together, and independent priors on all of
+/// them would flatten the relief and speed up the rate (joint modes are biased along the bas-relief ambiguity).
+constexpr double relief_sharing = 10.0;
+/// Matching errors repeat from frame to frame; the evidence counts them as if they were new each time by about this much.
+constexpr double evidence_temperature = 5.0;
+constexpr int steps_after_mirror = 3;
 constexpr std::uint32_t min_frames_to_beat = 16;  ///< before this no hypothesis is given up
 constexpr std::size_t at_rest = 2;  ///< hypothesis that the target hardly turns
 constexpr double worst_cost = std::numeric_limits<double>::infinity();
@@ -67,7 +73,7 @@ void StartAdjustment::add_track(SlotHandle slot, double t_s, const Vec3& p, doub
   track.t_s = t_s;
   track.prior = p;
   const double w_xy = 1.0 / (xy_sigma * xy_sigma);
-  track.weight = Vec3(w_xy, w_xy, 1.0 / (rho_sigma * rho_sigma));
+  track.weight = Vec3(w_xy, w_xy, 1.0 / (relief_sharing * rho_sigma * rho_sigma));
   for (std::size_t k = 0; k < keyframes_; ++k) observed_[k][slot.index].sigma = 0.0;
   for (Hypothesis& h : hypotheses_) h.p[slot.index] = p;
   if (t_s > 0.0) return;
@@ -324,7 +330,10 @@ void StartAdjustment::improve(int steps) {
     const std::size_t best = hypotheses_[0].cost <= hypotheses_[1].cost ? 0 : 1;  // the two that turn
     const Hypothesis& b = hypotheses_[best];
     Hypothesis& other = hypotheses_[1 - best];
-    if (b.alive && other.alive && b.theta.segment<2>(6).dot(other.theta.segment<2>(6)) > 0.0) mirror(b, other);
+    if (b.alive && other.alive && b.theta.segment<2>(6).dot(other.theta.segment<2>(6)) > 0.0) {
+      mirror(b, other);
+      for (int i = 0; i < steps_after_mirror; ++i) step(other);  // or it would be judged before it has settled
+    }
   }
 }
 
@@ -374,7 +383,7 @@ Status StartAdjustment::result(Result& out) {
   if (!std::isfinite(least)) return Status::no_convergence;
   double sum = 0.0;
   for (std::size_t i = 0; i < hypothesis_count; ++i) {
-    const double excess = energy[i] - least;
+    const double excess = (energy[i] - least) / evidence_temperature;
     out.weights[i] = excess < 50.0 ? math::exp(-excess) : 0.0;
     sum += out.weights[i];
   }
