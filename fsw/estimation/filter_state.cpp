@@ -141,6 +141,36 @@ void FilterState::correct(const double* dx) {
   }
 }
 
+void FilterState::negate_scale() {
+  std::array<double, config::max_states> sign{};
+  sign.fill(1.0);
+  const auto negate = [&sign](int first, std::size_t count) {
+    for (std::size_t k = 0; k < count; ++k) sign[static_cast<std::size_t>(first) + k] = -1.0;
+  };
+  negate(0, 3);
+  negate(6, 3);
+  motion.position = -motion.position;
+  motion.velocity = -motion.velocity;
+  motion_lin.position = -motion_lin.position;
+  motion_lin.velocity = -motion_lin.velocity;
+  for (Feature& f : features_) {
+    negate(f.offset, 3);
+    f.y.head<3>() = -f.y.head<3>();
+    f.y_lin.head<3>() = -f.y_lin.head<3>();
+    f.r_TC0 = -f.r_TC0;
+    if (f.size == 6) {
+      sign[static_cast<std::size_t>(f.offset) + 5] = -1.0;
+      f.y(5) = -f.y(5);
+      f.y_lin(5) = -f.y_lin(5);
+    }
+  }
+  for (int c = 0; c < size_; ++c) {
+    for (int r = 0; r < size_; ++r) {
+      P_element(r, c) *= sign[static_cast<std::size_t>(r)] * sign[static_cast<std::size_t>(c)];
+    }
+  }
+}
+
 void FilterState::relinearise() {
   // The covariance is that of the chart at the linearisation point: carried over through dphi, which both share.
   const Mat3 J = motion.attitude.error_jacobian_inverse() * motion_lin.attitude.error_jacobian();

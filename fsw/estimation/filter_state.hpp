@@ -62,6 +62,9 @@ class FilterState {
   void make_euclidean(std::size_t index);
   /// x += dx over all blocks. The attitude part is a change of the chart at the linearisation point.
   void correct(const double* dx);
+  /// Every length times -1: position, velocity, anchors, points and inverse depths change sign, no image changes. Undoes a
+  /// start that has taken the mirror image of the motion, with every depth negative.
+  void negate_scale();
   /// Moves the linearisation point to the estimate.
   void relinearise();
   /// Square blocks of the covariance as a small matrix.

@@ -42,7 +42,7 @@ NoncoopConfig NoncoopConfig::defaults(MotionKind motion) {
     c.rate_sigma_rad_s = 0.5;
     c.velocity_sigma_per_range = 0.5;
     c.acceleration_psd_per_range = 0.5;
-    c.angular_psd = 1.0;
+    c.angular_psd = 0.35;
     c.relief_per_extent = 0.0;
     c.min_relief = 0.5;
   }
@@ -282,9 +282,18 @@ FilterUpdate NoncoopFilter::update(const FeatureMatches& matches) {
   }
   if (relinearise_due()) state_.relinearise();
   if (starting_) adjust_start(matches);
+  if (config_.motion == MotionKind::camera) undo_mirrored_scale();
   if (!starting_) convert_linear_features();
   switch_chart_if_due(out);
   return out;
+}
+
+void NoncoopFilter::undo_mirrored_scale() {
+  std::size_t negative = 0;
+  for (const Feature& f : state_.features()) {
+    if (f.size == 6 && f.y(5) < 0.0) ++negative;
+  }
+  if (2 * negative > state_.features().size()) state_.negate_scale();
 }
 
 bool NoncoopFilter::relinearise_due() const {
@@ -508,7 +517,7 @@ void NoncoopFilter::take_over(const StartAdjustment::Result& start) {
     J_p.block<2, 2>(3, 0) = (J_angles * R_TC).leftCols<2>();
     J_p.block<1, 2>(5, 0) = (-y(5) / (length * length)) * track.p.head<2>().transpose();
     J_p(5, 2) = 1.0 / length;
-    J += J_p * track.dp_dtheta;
+    J += J_p.lazyProduct(track.dp_dtheta);
     const Mat6 noise = J_p * track.covariance * J_p.transpose();
     state_.restore(i, y, J, noise);
     f.R_CT0 = R_CT;
@@ -567,7 +576,9 @@ RelativeState NoncoopFilter::output() const {
   out.pose_covariance = pose_lin.J * P_pose * pose_lin.J.transpose();
   Mat<6, 12> J_rates;
   model().rates(state_.motion, out.v_C, out.omega_C, J_rates);
-  out.rate_covariance = J_rates * state_.P_block<12, 12>(0, 0) * J_rates.transpose();
+  // lazyProduct: Eigen's own choice for these sizes is its blocked product, which brings malloc and a large stack frame.
+  const Mat<6, 12> J_P = J_rates.lazyProduct(state_.P_block<12, 12>(0, 0));
+  out.rate_covariance = J_P.lazyProduct(J_rates.transpose());
   if (starting_ && start_valid_) blend_start_hypotheses(out);
   return out;
 }

@@ -49,7 +49,6 @@ class NoncoopFilter {
   /// Drops features that have served; their handles are appended to `dropped`.
   void drop_spent_features(BoundedVector<SlotHandle, config::max_features>& dropped);
 
-  [[nodiscard]] const StartAdjustment::Result& start_result() const { return start_result_; }
   /// The start adjustment has not yet handed over for good.
   [[nodiscard]] bool is_starting() const { return starting_; }
   [[nodiscard]] RelativeState output() const;
@@ -71,6 +70,8 @@ class NoncoopFilter {
   /// The estimate has left the neighbourhood in which the linearisation point serves.
   [[nodiscard]] bool relinearise_due() const;
   [[nodiscard]] Vec3 euclidean_point_T(const Feature& feature) const;
+  /// Most depths negative: the mirror image of the camera's motion has been taken; turned back exactly.
+  void undo_mirrored_scale();
   void convert_linear_features();
   void switch_chart_if_due(FilterUpdate& update);
   /// Feeds the start adjustment with this frame and, when it has something better, sets the filter to it.

@@ -370,7 +370,7 @@ Status StartAdjustment::result(Result& out) {
     Mat12 B = Mat12::Identity();
     solve_right_transposed(view_of(L), view_of(B));  // B = L^-T
     out.theta = h.theta;
-    out.covariance = B * B.transpose();
+    out.covariance = B.lazyProduct(B.transpose());
     for (std::size_t j = 0; j < tracks_.size(); ++j) {
       if (!tracks_[j].used) continue;
       TrackResult& t = out.tracks[j];

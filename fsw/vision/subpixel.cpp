@@ -3,7 +3,6 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdlib>
 
 #include "fsw/vision/correlation.hpp"
 #include "fsw/vision/cubic.hpp"
