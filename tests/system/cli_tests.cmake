@@ -2,3 +2,4 @@
 relnav_add_test_executable(NAME system_cli LABEL system TIMEOUT 240 SOURCES ${CMAKE_CURRENT_LIST_DIR}/cli_test.cpp LIBRARIES relnav_hil)
 target_compile_definitions(test_system_cli PRIVATE RELNAV_TOOL="$<TARGET_FILE:relnav>")
 add_dependencies(test_system_cli relnav)
+set_tests_properties(system_cli PROPERTIES LABELS "system;sanitized")  # short: the sanitizers run it too
