@@ -54,7 +54,8 @@ Status NoncoopFilter::configure(const NoncoopConfig& config, const CameraModel& 
                      is_valid_sigma(config.rate_sigma_rad_s) && is_valid_sigma(config.velocity_sigma_per_range) &&
                      is_valid_sigma(config.acceleration_psd_per_range) && is_valid_sigma(config.angular_psd) &&
                      is_valid_sigma(config.relief_per_extent) && is_valid_sigma(config.min_relief) &&
-                     is_valid_sigma(config.pixel_sigma_px) && config.pixel_sigma_px > 0.0;
+                     is_valid_sigma(config.pixel_sigma_px) && config.pixel_sigma_px > 0.0 &&
+                     is_valid_sigma(config.start_duration_s);
   if (!valid) return Status::invalid_argument;
   config_ = config;
   camera_ = camera;
@@ -464,7 +465,11 @@ void NoncoopFilter::adjust_start(const FeatureMatches& matches) {
   double best = 0.0;
   for (const double w : start_result_.weights) best = std::max(best, w);
   const bool decided = start_valid_ && best > decided_probability;
-  if (start_frames_ >= (decided ? config_.start_frames : 3 * config_.start_frames)) starting_ = false;
+  const int patience = decided ? 1 : 3;
+  const double span_s = (time_ - start_time_).seconds();
+  if (start_frames_ >= patience * config_.start_frames && span_s >= patience * config_.start_duration_s) {
+    starting_ = false;
+  }
 }
 
 void NoncoopFilter::take_over(const StartAdjustment::Result& start) {

@@ -29,6 +29,7 @@ struct LoopBench {
     config.camera = RenderedBox::camera();
     config.navigator.filter.range_m = 3.0;
     config.navigator.filter.start_frames = 6;
+    config.navigator.filter.start_duration_s = 0.0;
   }
 
   [[nodiscard]] Status begin() {
