@@ -71,6 +71,22 @@ def read_rules(path):
     return rules
 
 
+def define_aliases(functions):
+    """A constructor of a complete object (C1) is an alias of the one of a base object (C2), the same for destructors; only
+    the latter has a node with a frame. Calls of the former go to it."""
+    defined = {title.rsplit(":", 1)[-1]: title for title, function in functions.items() if function.frame is not None}
+    alias = {}
+    for title, function in functions.items():
+        if function.frame is None:
+            mangled = title.rsplit(":", 1)[-1]
+            for match in re.finditer("([CD])1E", mangled):
+                twin = f"{mangled[:match.start()]}{match.group(1)}2E{mangled[match.end():]}"
+                if twin in defined:
+                    alias[title] = defined[twin]
+    for function in functions.values():
+        function.calls = {alias.get(title, title) for title in function.calls}
+
+
 def plain(name):
     """relnav::panic of '[[noreturn]] void relnav::panic(const char*, ...)'."""
     return name.split("(")[0].split(" ")[-1]
@@ -79,6 +95,7 @@ def plain(name):
 def examine(functions, rules, report=None):
     """Problems found. Fills report with (bytes, name, path of names) of the roots and (caller) of HAL calls."""
     problems = []
+    define_aliases(functions)
     ours = {title: function for title, function in functions.items() if function.frame is not None}
     callees = {}
     hal_callers = []
@@ -93,7 +110,10 @@ def examine(functions, rules, report=None):
                 elif rule is None:
                     hal_callers.append(function.name)
                 else:
-                    targets |= {other.title for other in ours.values() if rule.search(other.name)}
+                    callees_here = {other.title for other in ours.values() if rule.search(other.name)}
+                    if not callees_here:
+                        problems.append(f"indirect call in {function.name}: no function is called {rule.pattern}")
+                    targets |= callees_here
             elif target.frame is None and plain(target.name) not in rules["external"] and title not in rules["external"]:
                 problems.append(f"{function.name} calls {target.name}, which is not in tests/arch/stack.txt")
             else:
@@ -205,6 +225,10 @@ RULES = ("bound relnav::step 600\nindirect relnav::step -> hal\nindirect relnav:
          "external memset 128\nexternal relnav::panic 64\n")
 CORE = "namespace relnav { struct I { virtual int inner(int) = 0; }; int outside(int); void sink(char*);\n%s\n}\n"
 
+B = "namespace relnav { struct B { explicit B(int n); volatile int v[200]; };\n%s\n}\n"
+CONSTRUCTOR = {"a.cpp": B % "int step(int n) { B b(n); return b.v[n]; }",
+               "b.cpp": B % "B::B(int n) { volatile int a[200]; a[n] = 1; v[n] = a[n / 2]; }"}
+
 
 def seed(name, code, message, rules=RULES):
     return common.Seed(name, {"a.cpp": CORE % code, "rules.txt": rules}, message)
@@ -220,6 +244,10 @@ SEEDS = [
          "dynamic frame: "),
     seed("unknown external", "int f(int n) { return outside(n) + 1; }", "which is not in tests/arch/stack.txt"),
     seed("unknown indirect call", "int f(I& i) { return i.inner(3) + 1; }", "indirect call in "),
+    seed("indirect call of nobody", "int core(I& i) { return i.inner(3) + 1; }", "no function is called "),
+    common.Seed("constructor under two names", {**CONSTRUCTOR, "rules.txt": RULES.replace(" 600", " 2000")}, None),
+    common.Seed("over the bound through a constructor", {**CONSTRUCTOR, "rules.txt": RULES.replace(" 600", " 1200")},
+                "bound 1200"),
     seed("over the bound", "__attribute__((noinline)) int low(int n) { volatile int a[100]; a[n] = 1; return a[n / 2]; }\n"
          "int step(int n) { volatile int a[100]; a[n] = low(n); return a[n / 2]; }", "bound 600"),
     seed("over the bound through an interface",
