@@ -33,7 +33,7 @@ NoncoopConfig NoncoopConfig::defaults(MotionKind motion) {
     c.rate_sigma_rad_s = 3.0 * deg;
     c.velocity_sigma_per_range = 0.05;
     c.acceleration_psd_per_range = 0.0005;
-    c.angular_psd = 0.05 * deg;
+    c.angular_psd = 0.03 * deg;
     c.start_angular_psd = 0.1 * deg;
     c.rest_sigma_rad_s = 0.15 * deg;
     c.relief_per_extent = 1.0;
@@ -209,12 +209,39 @@ bool NoncoopFilter::linearise(const CompatibleMatch& match, const PoseLinearisat
 FilterUpdate NoncoopFilter::update(const FeatureMatches& matches) {
   FilterUpdate out;
   out.verdict.fill(MatchVerdict::incompatible);
+  gather_compatible(matches, out);
+
+  ekf_.prepare(state_, innovations_);
+  const RansacResult low =
+      one_point_ransac(config_.ransac, generator_, camera_, model(), state_, compatible_, innovations_, ekf_);
+  out.hypotheses = low.hypotheses;
+  for (std::size_t i = 0; i < compatible_.size(); ++i) {
+    if (low.inlier[i]) out.verdict[match_of_[i]] = MatchVerdict::low_innovation;
+  }
+
+  if (starting_ && adjust_start(matches)) {
+    // The adjusted start holds this frame already; its robust loss has judged what the gate let through.
+    for (std::size_t i = 0; i < compatible_.size(); ++i) {
+      if (!low.inlier[i]) out.verdict[match_of_[i]] = MatchVerdict::high_innovation;
+    }
+    out.inliers = out.compatible;
+  } else {
+    update_with_inliers(low, out);
+    if (out.status != Status::ok) return out;
+  }
+  record_use(out);
+  if (relinearise_due()) state_.relinearise();
+  if (config_.motion == MotionKind::camera) undo_mirrored_scale();
+  if (!starting_) convert_linear_features();
+  switch_chart_if_due(out);
+  return out;
+}
+
+void NoncoopFilter::gather_compatible(const FeatureMatches& matches, FilterUpdate& out) {
   compatible_.clear();
   innovations_.clear();
-  std::array<std::size_t, config::max_features> match_of{};  // compatible -> matches
-
   const double floor_px2 = config_.pixel_sigma_px * config_.pixel_sigma_px;
-  PoseLinearisation pose = model().pose(state_.motion);
+  const PoseLinearisation pose = model().pose(state_.motion);
   const PoseLinearisation pose_lin = model().pose(state_.motion_lin);
   for (std::size_t i = 0; i < matches.size(); ++i) {
     const Feature* f = state_.find(matches[i].slot);
@@ -225,68 +252,54 @@ FilterUpdate NoncoopFilter::update(const FeatureMatches& matches) {
     match.sigma_px = std::sqrt(floor_px2 + matches[i].sigma_px * matches[i].sigma_px);
     Innovation innovation;
     if (!linearise(match, pose, pose_lin, innovation)) continue;
-    match_of[compatible_.size()] = i;
+    match_of_[compatible_.size()] = i;
     out.verdict[i] = MatchVerdict::outlier;
     if (compatible_.push_back(match) != Status::ok || innovations_.push_back(innovation) != Status::ok) break;
   }
   out.compatible = static_cast<int>(compatible_.size());
+}
 
-  ekf_.prepare(state_, innovations_);
-  const RansacResult low =
-      one_point_ransac(config_.ransac, generator_, camera_, model(), state_, compatible_, innovations_, ekf_);
-  out.hypotheses = low.hypotheses;
-
+void NoncoopFilter::update_with_inliers(const RansacResult& low, FilterUpdate& out) {
   std::size_t kept = 0;
   for (std::size_t i = 0; i < compatible_.size(); ++i) {
-    if (!low.inlier[i]) continue;
-    innovations_[kept++] = innovations_[i];
-    out.verdict[match_of[i]] = MatchVerdict::low_innovation;
+    if (low.inlier[i]) innovations_[kept++] = innovations_[i];
   }
   innovations_.truncate(kept);
   const UpdateResult first = ekf_.apply(state_, innovations_);
   out.status = first.status;
   out.nis = first.nis;
   out.rows = first.rows;
-  if (first.status != Status::ok) return out;
+  if (first.status != Status::ok) return;
   out.inliers = static_cast<int>(kept);
 
   // Second half (Civera 2010): what the first update has made predictable is rescued.
-  pose = model().pose(state_.motion);
+  const PoseLinearisation pose = model().pose(state_.motion);
+  const PoseLinearisation pose_lin = model().pose(state_.motion_lin);
   innovations_.clear();
   for (std::size_t i = 0; i < compatible_.size(); ++i) {
     Innovation innovation;
     if (low.inlier[i] || !linearise(compatible_[i], pose, pose_lin, innovation)) continue;
-    out.verdict[match_of[i]] = MatchVerdict::high_innovation;
+    out.verdict[match_of_[i]] = MatchVerdict::high_innovation;
     if (innovations_.push_back(innovation) != Status::ok) break;
   }
   const UpdateResult second = ekf_.apply(state_, innovations_);
-  if (second.status != Status::ok) {
-    out.status = second.status;
-  } else {
-    out.inliers += second.rows / 2;
-  }
+  out.status = second.status;
+  if (second.status == Status::ok) out.inliers += second.rows / 2;
+}
 
-  for (Feature& f : state_.features()) f.lost_in_a_row = static_cast<std::uint16_t>(f.lost_in_a_row + 1);
+void NoncoopFilter::record_use(const FilterUpdate& out) {
+  for (Feature& f : state_.features()) {
+    const bool searched_for = f.unseen_in_a_row == 0;
+    f.lost_in_a_row = searched_for ? static_cast<std::uint16_t>(f.lost_in_a_row + 1) : std::uint16_t{0};
+    if (searched_for) ++f.expected;
+  }
   for (std::size_t i = 0; i < compatible_.size(); ++i) {
-    const MatchVerdict v = out.verdict[match_of[i]];
+    const MatchVerdict v = out.verdict[match_of_[i]];
     if (v != MatchVerdict::low_innovation && v != MatchVerdict::high_innovation) continue;
     Feature& f = state_.features()[compatible_[i].feature];
     f.lost_in_a_row = 0;
     ++f.found;
   }
-  for (Feature& f : state_.features()) {
-    if (f.unseen_in_a_row == 0) {
-      ++f.expected;
-    } else {
-      f.lost_in_a_row = 0;
-    }
-  }
-  if (relinearise_due()) state_.relinearise();
-  if (starting_) adjust_start(matches);
-  if (config_.motion == MotionKind::camera) undo_mirrored_scale();
-  if (!starting_) convert_linear_features();
-  switch_chart_if_due(out);
-  return out;
 }
 
 void NoncoopFilter::undo_mirrored_scale() {
@@ -448,7 +461,7 @@ void NoncoopFilter::drop_spent_features(BoundedVector<SlotHandle, config::max_fe
   }
 }
 
-void NoncoopFilter::adjust_start(const FeatureMatches& matches) {
+bool NoncoopFilter::adjust_start(const FeatureMatches& matches) {
   start_.begin_frame((time_ - start_time_).seconds());
   for (const FeatureMatch& m : matches) {
     Vec3 ray_C;
@@ -470,6 +483,7 @@ void NoncoopFilter::adjust_start(const FeatureMatches& matches) {
   if (start_frames_ >= patience * config_.start_frames && span_s >= patience * config_.start_duration_s) {
     starting_ = false;
   }
+  return start_valid_;
 }
 
 void NoncoopFilter::take_over(const StartAdjustment::Result& start) {

@@ -74,8 +74,12 @@ class NoncoopFilter {
   void undo_mirrored_scale();
   void convert_linear_features();
   void switch_chart_if_due(FilterUpdate& update);
-  /// Feeds the start adjustment with this frame and, when it has something better, sets the filter to it.
-  void adjust_start(const FeatureMatches& matches);
+  /// The parts of update(): gate each match, update with the RANSAC's inliers and rescue the rest, keep the records.
+  void gather_compatible(const FeatureMatches& matches, FilterUpdate& out);
+  void update_with_inliers(const RansacResult& low, FilterUpdate& out);
+  void record_use(const FilterUpdate& out);
+  /// Feeds the start adjustment with this frame. True when it has an answer; the filter is then set to it.
+  bool adjust_start(const FeatureMatches& matches);
   void take_over(const StartAdjustment::Result& start);
   /// While the start is undecided: output of the mixture of hypotheses instead of the best one's.
   void blend_start_hypotheses(RelativeState& out) const;
@@ -87,6 +91,7 @@ class NoncoopFilter {
   FilterState state_;
   EkfUpdate ekf_;
   CompatibleMatches compatible_;
+  std::array<std::size_t, config::max_features> match_of_{};  ///< compatible -> position in the matches
   Innovations innovations_;
   Generator generator_{1};
   Time time_;

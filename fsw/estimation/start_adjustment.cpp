@@ -20,6 +20,7 @@ constexpr double max_damping = 1e6;
 constexpr double relief_sharing = 10.0;
 /// Matching errors repeat from frame to frame; the evidence counts them as if they were new each time by about this much.
 constexpr double evidence_temperature = 5.0;
+constexpr double small_gain = 0.2;  ///< of the cost (half a chi-square)
 constexpr int steps_after_mirror = 3;
 constexpr std::uint32_t min_frames_to_beat = 16;  ///< before this no hypothesis is given up
 constexpr std::size_t at_rest = 2;  ///< hypothesis that the target hardly turns
@@ -273,14 +274,14 @@ bool StartAdjustment::solve(const Normal& normal, double damping, Theta& d_theta
   return true;
 }
 
-void StartAdjustment::step(Hypothesis& hypothesis) {
+bool StartAdjustment::step(Hypothesis& hypothesis) {
   linearise(hypothesis, normal_);
   hypothesis.cost = normal_.cost;
   Theta d_theta;
   std::array<Vec3, config::max_features> d_p{};
   if (!std::isfinite(normal_.cost) || !solve(normal_, hypothesis.damping, d_theta, d_p)) {
     hypothesis.damping = std::min(max_damping, 10.0 * hypothesis.damping);
-    return;
+    return true;
   }
   Hypothesis tried = hypothesis;
   tried.theta += d_theta;
@@ -291,12 +292,14 @@ void StartAdjustment::step(Hypothesis& hypothesis) {
     tried.p[j](2) = std::clamp(tried.p[j](2), 0.05 * prior_rho, prior_rho / min_depth_fraction);
   }
   tried.cost = cost_of(tried);
-  if (tried.cost <= hypothesis.cost) {
-    tried.damping = std::max(1e-9, 0.1 * hypothesis.damping);
-    hypothesis = tried;
-  } else {
+  if (!(tried.cost <= hypothesis.cost)) {
     hypothesis.damping = std::min(max_damping, 10.0 * hypothesis.damping);
+    return true;
   }
+  const double gain = hypothesis.cost - tried.cost;
+  tried.damping = std::max(1e-9, 0.1 * hypothesis.damping);
+  hypothesis = tried;
+  return gain > small_gain;
 }
 
 void StartAdjustment::mirror(const Hypothesis& from, Hypothesis& to) const {
@@ -323,7 +326,9 @@ void StartAdjustment::mirror(const Hypothesis& from, Hypothesis& to) const {
 
 void StartAdjustment::improve(int steps) {
   for (Hypothesis& h : hypotheses_) {
-    for (int i = 0; h.alive && i < steps; ++i) step(h);
+    for (int i = 0; h.alive && i < steps; ++i) {
+      if (!step(h)) break;
+    }
   }
   // Both may settle on the same side. Once in a while the worse one restarts as the mirror image of the better.
   if (frames_seen_ % 8 == 0) {
@@ -332,7 +337,9 @@ void StartAdjustment::improve(int steps) {
     Hypothesis& other = hypotheses_[1 - best];
     if (b.alive && other.alive && b.theta.segment<2>(6).dot(other.theta.segment<2>(6)) > 0.0) {
       mirror(b, other);
-      for (int i = 0; i < steps_after_mirror; ++i) step(other);  // or it would be judged before it has settled
+      for (int i = 0; i < steps_after_mirror; ++i) {  // or it would be judged before it has settled
+        if (!step(other)) break;
+      }
     }
   }
 }

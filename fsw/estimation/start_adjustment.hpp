@@ -117,7 +117,8 @@ class StartAdjustment {
   /// Solves the damped normal equations; false when not positive definite.
   [[nodiscard]] static bool solve(const Normal& normal, double damping, Theta& d_theta,
                                   std::array<Vec3, config::max_features>& d_p);
-  void step(Hypothesis& hypothesis);
+  /// One damped Gauss-Newton step. False when it has gained so little that the hypothesis can be left for this frame.
+  bool step(Hypothesis& hypothesis);
   void mirror(const Hypothesis& from, Hypothesis& to) const;
 
   Prior prior_;
