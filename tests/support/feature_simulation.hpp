@@ -119,6 +119,7 @@ class FeatureSimulation {
   void add_features(NoncoopFilter& filter) {
     const auto n = static_cast<std::uint32_t>(body_.size());
     for (std::size_t tries = 0; tries < 4 * body_.size() && filter.has_room(); ++tries) {
+      if (filter.state().features().size() >= most_features_) return;
       const std::size_t i = rng_.generator().below(n);
       if (in_use(i)) continue;
       Vec2 uv;
@@ -165,6 +166,8 @@ class FeatureSimulation {
   }
 
  public:
+  /// Features the filter is given at the same time.
+  void set_most_features(std::size_t count) { most_features_ = count; }
   void forget(SlotHandle slot) {
     if (point_of_[slot.index].slot == slot) point_of_[slot.index].point = -1;
   }
@@ -174,6 +177,7 @@ class FeatureSimulation {
   std::vector<BodyPoint> body_;
   CameraModel camera_;
   double noise_px_;
+  std::size_t most_features_ = config::max_features;
   Normal rng_;
   Vec3 t_CB_;
   Mat3 R_CB_;
