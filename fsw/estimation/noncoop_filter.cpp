@@ -22,6 +22,7 @@ constexpr double decided_probability = 0.99;
 /// matches of the feature (0.2 to 0.3 px against the truth on rendered foil). Taken as noise of the first view.
 constexpr double first_view_sigma_px = 0.25;
 
+[[nodiscard]] bool is_positive(double value) { return std::isfinite(value) && value > 0.0; }
 [[nodiscard]] bool is_valid_sigma(double sigma) { return std::isfinite(sigma) && sigma >= 0.0; }
 
 }  // namespace
@@ -50,12 +51,21 @@ NoncoopConfig NoncoopConfig::defaults(MotionKind motion) {
 }
 
 Status NoncoopFilter::configure(const NoncoopConfig& config, const CameraModel& camera) {
-  const bool valid = std::isfinite(config.range_m) && config.range_m > 0.0 && is_valid_sigma(config.range_sigma_m) &&
-                     is_valid_sigma(config.rate_sigma_rad_s) && is_valid_sigma(config.velocity_sigma_per_range) &&
-                     is_valid_sigma(config.acceleration_psd_per_range) && is_valid_sigma(config.angular_psd) &&
-                     is_valid_sigma(config.relief_per_extent) && is_valid_sigma(config.min_relief) &&
-                     is_valid_sigma(config.pixel_sigma_px) && config.pixel_sigma_px > 0.0 &&
-                     is_valid_sigma(config.start_duration_s);
+  const RansacConfig& ransac = config.ransac;
+  bool valid = is_positive(config.range_m) && is_valid_sigma(config.range_sigma_m) &&
+               is_valid_sigma(config.rate_sigma_rad_s) && is_valid_sigma(config.velocity_sigma_per_range) &&
+               is_valid_sigma(config.acceleration_psd_per_range) && is_valid_sigma(config.angular_psd) &&
+               is_valid_sigma(config.relief_per_extent) && is_valid_sigma(config.min_relief) &&
+               is_positive(config.pixel_sigma_px) && is_positive(config.gate_chi2) &&
+               is_valid_sigma(config.linearity_threshold) && is_valid_sigma(config.start_duration_s) &&
+               config.start_frames > 0 && ransac.confidence > 0.0 && ransac.confidence < 1.0 &&
+               is_positive(ransac.threshold_sigma) && ransac.max_hypotheses > 0;
+  if (config.motion == MotionKind::rigid_target) {
+    // The start adjustment divides by these.
+    valid = valid && is_positive(config.rate_sigma_rad_s) && is_positive(config.velocity_sigma_per_range) &&
+            is_positive(config.min_relief) && is_positive(config.start_angular_psd) &&
+            is_positive(config.start_pixel_sigma_px) && is_positive(config.rest_sigma_rad_s);
+  }
   if (!valid) return Status::invalid_argument;
   config_ = config;
   camera_ = camera;
@@ -227,7 +237,6 @@ FilterUpdate NoncoopFilter::update(const FeatureMatches& matches) {
     out.inliers = out.compatible;
   } else {
     update_with_inliers(low, out);
-    if (out.status != Status::ok) return out;
   }
   record_use(out);
   if (relinearise_due()) state_.relinearise();
@@ -269,7 +278,12 @@ void NoncoopFilter::update_with_inliers(const RansacResult& low, FilterUpdate& o
   out.status = first.status;
   out.nis = first.nis;
   out.rows = first.rows;
-  if (first.status != Status::ok) return;
+  if (first.status != Status::ok) {
+    for (MatchVerdict& v : out.verdict) {
+      if (v == MatchVerdict::low_innovation) v = MatchVerdict::outlier;
+    }
+    return;
+  }
   out.inliers = static_cast<int>(kept);
 
   // Second half (Civera 2010): what the first update has made predictable is rescued.
@@ -284,7 +298,13 @@ void NoncoopFilter::update_with_inliers(const RansacResult& low, FilterUpdate& o
   }
   const UpdateResult second = ekf_.apply(state_, innovations_);
   out.status = second.status;
-  if (second.status == Status::ok) out.inliers += second.rows / 2;
+  if (second.status == Status::ok) {
+    out.inliers += second.rows / 2;
+    return;
+  }
+  for (MatchVerdict& v : out.verdict) {
+    if (v == MatchVerdict::high_innovation) v = MatchVerdict::outlier;
+  }
 }
 
 void NoncoopFilter::record_use(const FilterUpdate& out) {

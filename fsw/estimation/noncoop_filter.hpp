@@ -28,7 +28,8 @@ struct FilterUpdate {
 /// Call order per frame: predict, predict_features, update, then add features in free slots.
 class NoncoopFilter {
  public:
-  /// invalid_argument: range not positive, or a sigma negative or not finite.
+  /// invalid_argument: range, matching sigma, gate or a RANSAC setting not positive, confidence outside (0, 1), a sigma
+  /// negative or not finite; for a rigid target also a start sigma that is zero.
   Status configure(const NoncoopConfig& config, const CameraModel& camera);
 
   /// Places T: axes as C now; origin `range` along los_C (rigid target) or at the camera (camera motion).

@@ -69,7 +69,7 @@ class StartAdjustment {
     std::array<double, hypothesis_count> weights{};   ///< their posterior probabilities, sum 1
     std::array<TrackResult, config::max_features> tracks{};  ///< by slot index; valid where has_track()
   };
-  /// not_positive_definite: nothing to hand over yet.
+  /// no_convergence: no hypothesis has a finite, positive definite solution yet; `out` is then incomplete.
   Status result(Result& out);
   [[nodiscard]] bool has_track(SlotHandle slot) const;
   [[nodiscard]] double span_s() const { return keyframes_ == 0 ? 0.0 : frame_t_s_[keyframes_ - 1]; }
