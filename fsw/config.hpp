@@ -17,8 +17,8 @@ namespace relnav::config {
 inline constexpr std::size_t max_features = RELNAV_MAX_FEATURES;          ///< feature slots of the filter
 inline constexpr std::size_t max_image_width = RELNAV_MAX_IMAGE_WIDTH;    ///< pixels
 inline constexpr std::size_t max_image_height = RELNAV_MAX_IMAGE_HEIGHT;  ///< pixels
-inline constexpr std::size_t motion_states = 12;       ///< position, attitude, velocity, rate
-inline constexpr std::size_t max_feature_states = 6;   ///< inverse depth; 3 once Euclidean
+inline constexpr std::size_t motion_states = 12;                          ///< position, attitude, velocity, rate
+inline constexpr std::size_t max_feature_states = 6;                      ///< inverse depth; 3 once Euclidean
 inline constexpr std::size_t max_states = motion_states + max_features * max_feature_states;
 inline constexpr std::size_t max_measurement_rows = 2 * max_features;
 

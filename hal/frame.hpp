@@ -17,9 +17,9 @@ struct Frame {
   std::uint32_t height_px = 0;
   std::uint32_t stride_bytes = 0;
   PixelFormat format = PixelFormat::mono8;
-  Time mid_exposure;        ///< the stamp that navigation uses
-  Time first_data;          ///< first byte seen by the receiver
-  Time dequeued;            ///< handed to the application
+  Time mid_exposure;  ///< the stamp that navigation uses
+  Time first_data;    ///< first byte seen by the receiver
+  Time dequeued;      ///< handed to the application
   ClockId clock = ClockId::monotonic;
   std::uint32_t sequence = 0;
   Duration exposure;

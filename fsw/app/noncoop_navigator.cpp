@@ -1,6 +1,5 @@
 #include "fsw/app/noncoop_navigator.hpp"
 
-
 #include <algorithm>
 #include <cmath>
 

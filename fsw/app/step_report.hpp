@@ -34,7 +34,7 @@ struct FeatureReport {
   std::uint16_t index = 0;       ///< slot
   std::uint16_t generation = 0;  ///< use of the slot
   FeatureUse use = FeatureUse::not_expected;
-  bool euclidean = false;        ///< three states instead of six
+  bool euclidean = false;  ///< three states instead of six
   Vec2 predicted_px = Vec2::Zero();
   Vec2 measured_px = Vec2::Zero();  ///< valid for rejected, low_innovation, high_innovation, added
 };
@@ -56,11 +56,11 @@ struct StepReport {
   Mode mode = Mode::standby;
   RelativeState state;
   std::uint32_t reset_counter = 0;
-  std::uint16_t features = 0;      ///< in the state
+  std::uint16_t features = 0;  ///< in the state
   std::uint16_t matched = 0;
   std::uint16_t inliers = 0;
   std::uint16_t refused_updates = 0;  ///< since start
-  double test_ratio = 0.0;         ///< normalised innovation squared / its 99 % bound
+  double test_ratio = 0.0;            ///< normalised innovation squared / its 99 % bound
   BoundedVector<FeatureReport, config::max_features> feature_reports;
   StageTimes times;
 };

@@ -9,5 +9,4 @@ namespace relnav {
 }  // namespace relnav
 
 /// Internal invariant. Always on: its cost is one predictable branch.
-#define RELNAV_ASSERT(condition) \
-  ((condition) ? static_cast<void>(0) : ::relnav::panic(__FILE__, __LINE__, #condition))
+#define RELNAV_ASSERT(condition) ((condition) ? static_cast<void>(0) : ::relnav::panic(__FILE__, __LINE__, #condition))

@@ -4,27 +4,27 @@
 namespace relnav {
 
 /// Outcome of an operation. Errors are values: a caller must look at every one.
-enum class [[nodiscard]] Status : std::uint8_t {
-  ok = 0,                 ///< done
-  invalid_argument,       ///< an argument is outside its stated domain
-  not_configured,         ///< used before a successful configure()
-  no_capacity,            ///< a bounded container or pool is full
-  stale_handle,           ///< the slot was given to somebody else since the handle was made
-  no_data,                ///< nothing to read now; try again later
-  timeout,                ///< the bounded wait has run out
-  device_lost,            ///< the device is gone; it needs to be reopened
-  io_error,               ///< the device answered with an error
-  incomplete,             ///< data arrived damaged or in part and must not be used
-  out_of_order,           ///< a time stamp repeats or goes back
-  outside_domain,         ///< outside the domain of validity of a model (e.g. distortion)
-  behind_camera,          ///< a point has no image: it lies at or behind the projection centre
-  not_positive_definite,  ///< a factorisation met a pivot that is not positive
-  rank_deficient,         ///< the data do not determine the unknowns
-  no_convergence,         ///< the iteration limit was reached
-  too_few_features,       ///< fewer features than the problem needs
-  not_finite,             ///< a NaN or infinity was met
-  crc_mismatch,           ///< checksum over the received bytes is wrong
-  unsupported,            ///< well formed, but not something this build can do
+enum class [[nodiscard]] Status : std::uint8_t{
+    ok = 0,                 ///< done
+    invalid_argument,       ///< an argument is outside its stated domain
+    not_configured,         ///< used before a successful configure()
+    no_capacity,            ///< a bounded container or pool is full
+    stale_handle,           ///< the slot was given to somebody else since the handle was made
+    no_data,                ///< nothing to read now; try again later
+    timeout,                ///< the bounded wait has run out
+    device_lost,            ///< the device is gone; it needs to be reopened
+    io_error,               ///< the device answered with an error
+    incomplete,             ///< data arrived damaged or in part and must not be used
+    out_of_order,           ///< a time stamp repeats or goes back
+    outside_domain,         ///< outside the domain of validity of a model (e.g. distortion)
+    behind_camera,          ///< a point has no image: it lies at or behind the projection centre
+    not_positive_definite,  ///< a factorisation met a pivot that is not positive
+    rank_deficient,         ///< the data do not determine the unknowns
+    no_convergence,         ///< the iteration limit was reached
+    too_few_features,       ///< fewer features than the problem needs
+    not_finite,             ///< a NaN or infinity was met
+    crc_mismatch,           ///< checksum over the received bytes is wrong
+    unsupported,            ///< well formed, but not something this build can do
 };
 
 /// Stable English identifier, for events and logs.

@@ -30,9 +30,7 @@ class AttitudeState {
     }
   }
   /// A with R(p + dp) = Exp([A dp x]) R(p): chart errors to dphi in C.
-  [[nodiscard]] Mat3 error_jacobian() const {
-    return is_mrp() ? mrp_.error_jacobian() : rodrigues_.error_jacobian();
-  }
+  [[nodiscard]] Mat3 error_jacobian() const { return is_mrp() ? mrp_.error_jacobian() : rodrigues_.error_jacobian(); }
   [[nodiscard]] Mat3 error_jacobian_inverse() const {
     return is_mrp() ? mrp_.error_jacobian_inverse() : rodrigues_.error_jacobian_inverse();
   }

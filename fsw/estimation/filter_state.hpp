@@ -13,8 +13,8 @@ namespace relnav {
 /// One tracked point: its block of the state, how it was first seen, and its record.
 struct Feature {
   SlotHandle slot;
-  int offset = 0;        ///< of its block in the state
-  int size = 6;          ///< 6: inverse depth, 3: Euclidean point in T
+  int offset = 0;             ///< of its block in the state
+  int size = 6;               ///< 6: inverse depth, 3: Euclidean point in T
   Vec6 y = Vec6::Zero();      ///< first `size` entries count
   Vec6 y_lin = Vec6::Zero();  ///< where Jacobians are taken: its first estimate
 
@@ -23,8 +23,8 @@ struct Feature {
   Mat3 R_CT0 = Mat3::Identity();
   Vec3 r_TC0 = Vec3::Zero();
 
-  std::uint32_t expected = 0;   ///< frames in which it was searched for
-  std::uint32_t found = 0;      ///< of these, used in an update
+  std::uint32_t expected = 0;  ///< frames in which it was searched for
+  std::uint32_t found = 0;     ///< of these, used in an update
   std::uint16_t lost_in_a_row = 0;
   std::uint16_t unseen_in_a_row = 0;  ///< frames outside the image or turned away
 };

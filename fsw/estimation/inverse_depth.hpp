@@ -3,7 +3,6 @@
 
 namespace relnav {
 
-
 /// Inverse-depth point y = (x y z theta phi rho): anchor position in T (m), azimuth and elevation of the ray in T (rad),
 /// inverse distance from the anchor (1/m). Liu 2017 eq. (1)-(6), after Civera 2008.
 /// Point in T: (x y z) + m(theta, phi) / rho, valid for rho > 0; a ray through infinity at rho = 0.

@@ -36,8 +36,8 @@ class MotionModel {
  public:
   /// Propagates over dt_s. camera_rate_C is the camera's own inertial rate (known input, rad/s, zero by default).
   /// F = d next / d previous (12 x 12), Q the process noise covariance of the step.
-  virtual void propagate(MotionState& state, double dt_s, const ProcessNoise& noise, const Vec3& camera_rate_C, Mat12& F,
-                         Mat12& Q) const = 0;
+  virtual void propagate(MotionState& state, double dt_s, const ProcessNoise& noise, const Vec3& camera_rate_C,
+                         Mat12& F, Mat12& Q) const = 0;
   [[nodiscard]] virtual PoseLinearisation pose(const MotionState& state) const = 0;
   /// v_C and omega_C of RelativeState and J = d[v_C omega_C]/d states (6 x 12).
   virtual void rates(const MotionState& state, Vec3& v_C, Vec3& omega_C, Mat<6, 12>& J) const = 0;

@@ -472,8 +472,8 @@ void NoncoopFilter::drop_spent_features(BoundedVector<SlotHandle, config::max_fe
     const bool unreliable = f.expected >= 6 && 2U * f.found < f.expected;
     const bool lost = f.lost_in_a_row > (young ? 3 : 12);
     const bool gone = f.unseen_in_a_row > (full ? 5 : 50);
-    const bool behind_infinity = f.size == 6 && !(f.y(5) > 0.02 / config_.range_m) &&
-                                 config_.motion == MotionKind::rigid_target;
+    const bool behind_infinity =
+        f.size == 6 && !(f.y(5) > 0.02 / config_.range_m) && config_.motion == MotionKind::rigid_target;
     if (!(unreliable || lost || gone || behind_infinity)) continue;
     if (dropped.push_back(f.slot) != Status::ok) return;
     start_.drop_track(f.slot);

@@ -58,9 +58,9 @@ class NoncoopFilter {
 
  private:
   struct DepthPrior {
-    double depth_m;           ///< distance from the camera
-    double sigma_m;           ///< what the state does not know of it
-    double slope_along_los;   ///< d depth / d (distance of T): 1 where lengths hang on the target's distance
+    double depth_m;          ///< distance from the camera
+    double sigma_m;          ///< what the state does not know of it
+    double slope_along_los;  ///< d depth / d (distance of T): 1 where lengths hang on the target's distance
   };
   [[nodiscard]] const MotionModel& model() const;
   [[nodiscard]] DepthPrior depth_prior(const Vec2& uv_px, const PoseLinearisation& pose) const;
@@ -99,10 +99,10 @@ class NoncoopFilter {
   Time start_time_;
   StartAdjustment start_;
   StartAdjustment::Result start_result_;
-  int start_frames_ = 0;   ///< frames fed to the start adjustment
+  int start_frames_ = 0;      ///< frames fed to the start adjustment
   bool start_valid_ = false;  ///< start_result_ belongs to this frame
   bool starting_ = false;     ///< the start adjustment still runs
-  double relief_ = 0.1;  ///< relative depth spread of the target
+  double relief_ = 0.1;       ///< relative depth spread of the target
 };
 
 }  // namespace relnav

@@ -31,9 +31,9 @@ struct RansacResult {
 /// covariance), all are predicted from it, those within the noise threshold support it. The number of hypotheses
 /// n = log(1 - mu) / log(1 - p) follows p, the inlier ratio so far (the paper calls p epsilon and swaps its meaning).
 /// `update` holds P H' of `innovations` (same order as `matches`). Seeded: the same input gives the same bits.
-[[nodiscard]] RansacResult one_point_ransac(const RansacConfig& settings, Generator& generator, const CameraModel& camera,
-                                            const MotionModel& model, const FilterState& state,
-                                            const CompatibleMatches& matches, const Innovations& innovations,
-                                            const EkfUpdate& update);
+[[nodiscard]] RansacResult one_point_ransac(const RansacConfig& settings, Generator& generator,
+                                            const CameraModel& camera, const MotionModel& model,
+                                            const FilterState& state, const CompatibleMatches& matches,
+                                            const Innovations& innovations, const EkfUpdate& update);
 
 }  // namespace relnav

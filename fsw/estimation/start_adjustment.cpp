@@ -23,7 +23,7 @@ constexpr double evidence_temperature = 5.0;
 constexpr double small_gain = 0.2;  ///< of the cost (half a chi-square)
 constexpr int steps_after_mirror = 3;
 constexpr std::uint32_t min_frames_to_beat = 16;  ///< before this no hypothesis is given up
-constexpr std::size_t at_rest = 2;  ///< hypothesis that the target hardly turns
+constexpr std::size_t at_rest = 2;                ///< hypothesis that the target hardly turns
 constexpr double worst_cost = std::numeric_limits<double>::infinity();
 
 /// Huber's rho (half a square inside) and its weight for a normalised residual length.
@@ -130,7 +130,8 @@ double StartAdjustment::alpha_sigma() const {
 }
 
 StartAdjustment::Theta StartAdjustment::prior_weights(const Hypothesis& h) const {
-  const double share = h.omega_sigma_rad_s / prior_.omega_sigma_rad_s;  // a target at rest does not accelerate much either
+  const double share =
+      h.omega_sigma_rad_s / prior_.omega_sigma_rad_s;  // a target at rest does not accelerate much either
   const double sigma[4] = {prior_.c_sigma_m, prior_.v_sigma_m_s, h.omega_sigma_rad_s, share * alpha_sigma()};
   Theta w;
   for (int k = 0; k < theta_size; ++k) w(k) = 1.0 / (sigma[k / 3] * sigma[k / 3]);

@@ -32,14 +32,14 @@ class StartAdjustment {
   using Mat12 = Mat<12, 12>;
 
   struct Prior {
-    Vec3 c_C = Vec3::Zero();     ///< m
-    double half_extent = 0.1;    ///< apparent half width over distance
-    double relief = 0.1;         ///< depth spread over distance
+    Vec3 c_C = Vec3::Zero();   ///< m
+    double half_extent = 0.1;  ///< apparent half width over distance
+    double relief = 0.1;       ///< depth spread over distance
     double c_sigma_m = 1.0;
     double v_sigma_m_s = 1.0;
     double omega_sigma_rad_s = 1.0;
-    double rest_sigma_rad_s = 0.1;   ///< same for the hypothesis that the target hardly turns
-    double angular_psd = 0.0;    ///< rad/s^1.5; sets how much alpha may be
+    double rest_sigma_rad_s = 0.1;  ///< same for the hypothesis that the target hardly turns
+    double angular_psd = 0.0;       ///< rad/s^1.5; sets how much alpha may be
   };
 
   void begin(const Prior& prior);
@@ -65,8 +65,8 @@ class StartAdjustment {
   struct Result {
     Theta theta = Theta::Zero();
     Mat12 covariance = Mat12::Identity();
-    std::array<Theta, hypothesis_count> thetas{};     ///< of each hypothesis
-    std::array<double, hypothesis_count> weights{};   ///< their posterior probabilities, sum 1
+    std::array<Theta, hypothesis_count> thetas{};            ///< of each hypothesis
+    std::array<double, hypothesis_count> weights{};          ///< their posterior probabilities, sum 1
     std::array<TrackResult, config::max_features> tracks{};  ///< by slot index; valid where has_track()
   };
   /// no_convergence: no hypothesis has a finite, positive definite solution yet; `out` is then incomplete.

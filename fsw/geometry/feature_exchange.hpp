@@ -13,9 +13,9 @@ namespace relnav {
 /// Where the filter expects a feature, and what its patch should look like there. Estimation -> vision.
 struct FeaturePrediction {
   SlotHandle slot;
-  Vec2 uv_px = Vec2::Zero();       ///< predicted pixel (distorted image coordinates)
-  Mat2 S_px2 = Mat2::Identity();   ///< innovation covariance H P H' + R
-  Mat2 warp = Mat2::Identity();    ///< current-image offset = warp * reference-patch offset, both in pixels
+  Vec2 uv_px = Vec2::Zero();      ///< predicted pixel (distorted image coordinates)
+  Mat2 S_px2 = Mat2::Identity();  ///< innovation covariance H P H' + R
+  Mat2 warp = Mat2::Identity();   ///< current-image offset = warp * reference-patch offset, both in pixels
 };
 
 /// A patch found in the image. Vision -> estimation.

@@ -20,6 +20,17 @@
 namespace relnav::hil {
 namespace {
 
+/// A finite length; CLI11's own checks answer with the largest double written out.
+CLI::Validator metres(const std::string& what, bool (*fits)(double)) {
+  return CLI::Validator(
+      [what, fits](std::string& text) {
+        double value = 0.0;
+        const bool good = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && fits(value);
+        return good ? std::string() : "'" + text + "' (expected a " + what + " number of metres)";
+      },
+      "METRES");
+}
+
 struct Options {
   std::string dataset;
   std::string mode;
@@ -37,8 +48,6 @@ struct Options {
 void check(const Options& o) {
   if (o.mode == "coop-mono" || o.mode == "coop-stereo")
     throw InputError("--mode " + o.mode, 0, "is not in this build yet", "--mode noncoop");
-  if (o.range_m < 0.0 || !std::isfinite(o.range_m))
-    throw InputError("--range", 0, "is not usable", "a positive number of metres");
   if (!o.tlm.empty()) static_cast<void>(parse_udp_url(o.tlm));
 }
 
@@ -134,9 +143,9 @@ void add_replay_command(CLI::App& app, int& exit_status) {
   command
       ->add_option("--range", o->range_m,
                    "noncoop: start range along the line of sight in m; it also sets the free scale")
-      ->check(CLI::PositiveNumber);
+      ->check(metres("positive", [](double value) { return value > 0.0; }));
   command->add_option("--range-sigma", o->range_sigma_m, "noncoop: 1 sigma of the start range in m")
-      ->check(CLI::NonNegativeNumber);
+      ->check(metres("non-negative", [](double value) { return value >= 0.0; }));
   command->add_option("--out", o->out, "Folder for the results")->required();
   command->add_option("--tlm", o->tlm, "Also send telemetry to udp://HOST:PORT");
   const std::map<std::string, Pace> paces{{"max", Pace::max}, {"real", Pace::real}};

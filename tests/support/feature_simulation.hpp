@@ -70,8 +70,15 @@ class FeatureSimulation {
  public:
   FeatureSimulation(const TargetMotion& motion, const std::vector<BodyPoint>& body, const CameraModel& camera,
                     double noise_px, std::uint64_t seed)
-      : motion_(motion), body_(body), camera_(camera), noise_px_(noise_px), rng_(seed), t_CB_(motion.t_CB0),
-        R_CB_(motion.R_CB0), v_C_(motion.v_C), omega_C_(motion.omega_C) {}
+      : motion_(motion),
+        body_(body),
+        camera_(camera),
+        noise_px_(noise_px),
+        rng_(seed),
+        t_CB_(motion.t_CB0),
+        R_CB_(motion.R_CB0),
+        v_C_(motion.v_C),
+        omega_C_(motion.omega_C) {}
 
   void advance(double dt_s) {
     const double root = std::sqrt(dt_s);

@@ -192,7 +192,8 @@ struct RansacScene {
       const bool outlier = i < static_cast<int>(outlier_share * features);
       planted.push_back(outlier);
       // Each outlier goes its own way: they do not agree on another motion.
-      m.uv_px += outlier ? Vec2(15.0 * exp_so3(Vec3(0.0, 0.0, 2.4 * i)).block<2, 1>(0, 0)) : Vec2(samples.matrix<2>(0.15));
+      m.uv_px +=
+          outlier ? Vec2(15.0 * exp_so3(Vec3(0.0, 0.0, 2.4 * i)).block<2, 1>(0, 0)) : Vec2(samples.matrix<2>(0.15));
       Innovation innovation;
       PredictedImage image;
       CHECK(predict_image(camera, pose, pose, state.features()[m.feature], image) == Status::ok);

@@ -24,7 +24,9 @@ class FilterRun {
     if (filter_.has_room()) simulation_.add_features(filter_);
   }
   /// dphi with R_true = Exp([dphi x]) R_est. T's axes were C's at the start.
-  [[nodiscard]] Vec3 attitude_error(const RelativeState& out) const { return log_so3(R_CT_true() * out.R_CT.transpose()); }
+  [[nodiscard]] Vec3 attitude_error(const RelativeState& out) const {
+    return log_so3(R_CT_true() * out.R_CT.transpose());
+  }
   [[nodiscard]] Mat3 R_CT_true() const { return simulation_.R_CB() * R_CB0_.transpose(); }
   [[nodiscard]] const FilterUpdate& last() const { return last_; }
   [[nodiscard]] NoncoopFilter& filter() { return filter_; }
@@ -33,7 +35,8 @@ class FilterRun {
  private:
   FilterRun(const NoncoopConfig& config, const TargetMotion& motion, double noise_px, std::uint64_t seed, double dt_s,
             Normal rng, int body_points, std::size_t most_features)
-      : simulation_(motion, random_body(rng, body_points), sample_camera(), noise_px, seed + 1000), dt_s_(dt_s),
+      : simulation_(motion, random_body(rng, body_points), sample_camera(), noise_px, seed + 1000),
+        dt_s_(dt_s),
         R_CB0_(motion.R_CB0) {
     if (filter_.configure(config, sample_camera()) != Status::ok) std::abort();
     simulation_.set_most_features(most_features);

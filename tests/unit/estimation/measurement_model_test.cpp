@@ -38,7 +38,8 @@ Feature seen_feature(test::Samples& samples, const PoseLinearisation& pose, int 
 template <typename Check>
 void for_each_view(const Check& check) {
   test::Samples samples(21);
-  for (const MotionModel* model : {static_cast<const MotionModel*>(&rigid_target), static_cast<const MotionModel*>(&moving_camera)}) {
+  for (const MotionModel* model :
+       {static_cast<const MotionModel*>(&rigid_target), static_cast<const MotionModel*>(&moving_camera)}) {
     for (const AttitudeChartKind chart : test::both_charts) {
       for (const int size : {6, 3}) {
         for (const double angle : test::attitude_angles) {

@@ -51,9 +51,10 @@ TEST(NoncoopMonteCarlo, attitude_near_a_turning_target) {
     if (run_rms_deg.back() > 0.6) {
       const Vec3 axis = motion.omega_C.normalized();
       const Vec3 rate = run->filter().output().omega_C / test::degree;
-      std::printf("  seed %d: RMS %.2f deg, true axis %.2f %.2f %.2f, rate at the end %.2f %.2f %.2f deg/s, starting %d\n",
-                  static_cast<int>(seed), run_rms_deg.back(), axis(0), axis(1), axis(2), rate(0), rate(1), rate(2),
-                  run->filter().is_starting() ? 1 : 0);
+      std::printf(
+          "  seed %d: RMS %.2f deg, true axis %.2f %.2f %.2f, rate at the end %.2f %.2f %.2f deg/s, starting %d\n",
+          static_cast<int>(seed), run_rms_deg.back(), axis(0), axis(1), axis(2), rate(0), rate(1), rate(2),
+          run->filter().is_starting() ? 1 : 0);
     }
     if (run_rms_deg.back() > worst_run) {
       worst_run = run_rms_deg.back();
@@ -68,10 +69,11 @@ TEST(NoncoopMonteCarlo, attitude_near_a_turning_target) {
   const auto inside = static_cast<double>(std::lower_bound(nees.begin(), nees.end(), 7.815) - nees.begin());
   const double rms_deg = std::sqrt(sum_deg2 / (seeds * frames));
   const double median = nees[nees.size() / 2];
-  std::printf("  %d x %d frames: attitude RMS %.3f deg (median run %.3f, worst %.3f, seed %d); NEES/3dof median %.2f mean "
-              "%.2f, below 7.81: %.1f %%\n",
-              seeds, frames, rms_deg, run_rms_deg[seeds / 2], worst_run, static_cast<int>(worst_seed), median, mean,
-              100.0 * inside / static_cast<double>(nees.size()));
+  std::printf(
+      "  %d x %d frames: attitude RMS %.3f deg (median run %.3f, worst %.3f, seed %d); NEES/3dof median %.2f mean "
+      "%.2f, below 7.81: %.1f %%\n",
+      seeds, frames, rms_deg, run_rms_deg[seeds / 2], worst_run, static_cast<int>(worst_seed), median, mean,
+      100.0 * inside / static_cast<double>(nees.size()));
   std::printf("  mean NEES by 50 frames: %.2f %.2f %.2f %.2f %.2f %.2f\n", nees_mean_at[0], nees_mean_at[1],
               nees_mean_at[2], nees_mean_at[3], nees_mean_at[4], nees_mean_at[5]);
   // The goal is the 95 % band of chi-square: a mean NEES of 3 (2.9 .. 3.1 or so for this many runs) and 95 % of the frames

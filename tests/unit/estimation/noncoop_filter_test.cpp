@@ -127,9 +127,10 @@ TEST(NoncoopFilters, a_target_turned_beyond_180_degrees_is_not_lost_when_the_cha
       CHECK(run.last().status == Status::ok);
       CHECK(Eigen::SelfAdjointEigenSolver<Mat6>(out.pose_covariance).eigenvalues().minCoeff() > 0.0);
     }
-    std::printf("  chart %d: %d switches, at most %.2f deg off (last %.2f), %.3f deg in a switch's frame, at least %d inliers\n",
-                static_cast<int>(chart), switches, degrees(worst), degrees(error_before.norm()), degrees(jump),
-                least_inliers);
+    std::printf(
+        "  chart %d: %d switches, at most %.2f deg off (last %.2f), %.3f deg in a switch's frame, at least %d "
+        "inliers\n",
+        static_cast<int>(chart), switches, degrees(worst), degrees(error_before.norm()), degrees(jump), least_inliers);
     CHECK(switches >= 1);
     CHECK(least_inliers >= 15);
     CHECK(degrees(worst) < 5.0);
@@ -156,7 +157,8 @@ TEST(NoncoopFilters, camera_motion_tracks_a_scene_at_rest) {
     const double direction_deg = degrees(std::acos(out.t_CT.normalized().dot(t_true.normalized())));
     const double attitude_deg = degrees(run.attitude_error(out).norm());
     std::printf("  camera, seed %d: attitude %.2f deg, direction of travel %.1f deg, scale %.2f, inliers %d\n",
-                static_cast<int>(seed), attitude_deg, direction_deg, out.t_CT.norm() / t_true.norm(), run.last().inliers);
+                static_cast<int>(seed), attitude_deg, direction_deg, out.t_CT.norm() / t_true.norm(),
+                run.last().inliers);
     CHECK(attitude_deg < 2.0);
     CHECK(direction_deg < 10.0);
     CHECK(run.last().inliers >= 20);

@@ -102,8 +102,10 @@ TEST(StartAdjustments, recovers_rate_and_depths_of_noise_free_tracks) {
           ratio += ratios.back() / static_cast<double>(scene.points_T.size());
         }
         for (const double q : ratios) depth_error = std::max(depth_error, std::fabs(q / ratio - 1.0));
-        std::printf("  start: bulge %4.1f, late %d: rate error %.4f deg/s, depth error %.4f, scale %.4f, weights %.3f %.3f %.3f\n",
-                    bulge, static_cast<int>(late), rate_error, depth_error, ratio, r.weights[0], r.weights[1], r.weights[2]);
+        std::printf(
+            "  start: bulge %4.1f, late %d: rate error %.4f deg/s, depth error %.4f, scale %.4f, weights %.3f %.3f "
+            "%.3f\n",
+            bulge, static_cast<int>(late), rate_error, depth_error, ratio, r.weights[0], r.weights[1], r.weights[2]);
         CHECK(rate_error < 0.05);
         CHECK(depth_error < 0.01);
       }
