@@ -143,7 +143,7 @@ TEST(CornerSpread, the_largest_image_is_covered_to_its_edges) {
   corners.resize(detect_fast(image.view(), {}, corners).count);
   SpreadOptions options;
   options.cell_px = 16;
-  CHECK(select_corners(image.view(), corners, {}, 40, options, candidates) == Status::ok);
+  CHECK(select_corners(image.view(), corners, {}, CornerCandidates::capacity(), options, candidates) == Status::ok);
   CHECK_EQUAL(CornerCandidates::capacity(), candidates.size());
   const auto quadrants = [&](int half_u, int half_v) {
     int found = 0;
