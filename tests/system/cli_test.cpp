@@ -82,7 +82,8 @@ TEST(Cli, UnusableArgumentsAreStatus2WithOneLine) {
   check_unusable("evaluate --truth a --estimate b --align sideways", "sideways");
   check_unusable("replay --dataset x --mode hover --out y", "hover");
   check_unusable("replay --dataset x --mode noncoop --out y --range -1", "-1");
-  check_unusable("replay --dataset x --mode noncoop --out y --range nan", "--range: 'nan' (expected a positive number of metres)");
+  check_unusable("replay --dataset x --mode noncoop --out y --range nan",
+                 "--range: 'nan' (expected a positive number of metres)");
   check_unusable("replay --dataset x --mode noncoop --out y --motion sideways", "sideways");
   check_unusable("replay --dataset x --mode noncoop --out y --tlm http://h:1", "expected udp://HOST:PORT");
   check_unusable("replay --dataset x --mode coop-mono --out y", "not in this build yet");
