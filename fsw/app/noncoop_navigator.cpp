@@ -69,17 +69,7 @@ Status NoncoopNavigator::start(const vision::ImageView& image, Time time, StepRe
   const double half_extent = std::sqrt(std::max(0.0, 2.0 * (half_sum - root)));
   filter_.start(time, Vec3(mean(0), mean(1), 1.0).normalized(), half_extent);
   started_ = true;
-  for (const CornerCandidate& c : candidates) {
-    const Expected<SlotHandle> slot = filter_.add_feature(Vec2(c.u_px, c.v_px));
-    if (!slot) continue;
-    if (tracker_.store(slot.value(), image, c.u_px, c.v_px) != Status::ok) continue;  // never found, so soon dropped
-    FeatureReport r;
-    r.index = slot.value().index;
-    r.generation = slot.value().generation;
-    r.use = FeatureUse::added;
-    r.measured_px = r.predicted_px = Vec2(c.u_px, c.v_px);
-    if (report.feature_reports.push_back(r) != Status::ok) break;
-  }
+  plant(image, candidates, report);
   filter_.add_scale_uncertainty();
   return Status::ok;
 }
@@ -89,10 +79,15 @@ void NoncoopNavigator::add_features(const vision::ImageView& image, StepReport& 
   const std::size_t room = config::max_features - filter_.state().features().size();
   vision::CornerCandidates candidates;
   if (find_corners(image, room, candidates) != Status::ok) return;
+  plant(image, candidates, report);
+}
+
+void NoncoopNavigator::plant(const vision::ImageView& image, const vision::CornerCandidates& candidates,
+                             StepReport& report) {
   for (const CornerCandidate& c : candidates) {
     const Expected<SlotHandle> slot = filter_.add_feature(Vec2(c.u_px, c.v_px));
-    if (!slot) return;
-    if (tracker_.store(slot.value(), image, c.u_px, c.v_px) != Status::ok) continue;
+    if (!slot) continue;
+    if (tracker_.store(slot.value(), image, c.u_px, c.v_px) != Status::ok) continue;  // never found, so soon dropped
     FeatureReport r;
     r.index = slot.value().index;
     r.generation = slot.value().generation;

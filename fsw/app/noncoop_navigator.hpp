@@ -41,6 +41,8 @@ class NoncoopNavigator {
   static constexpr std::size_t max_corners = 4096;
 
   Status start(const vision::ImageView& image, Time time, StepReport& report);
+  /// A feature in the filter and a patch in the tracker for every candidate.
+  void plant(const vision::ImageView& image, const vision::CornerCandidates& candidates, StepReport& report);
   void add_features(const vision::ImageView& image, StepReport& report);
   Status find_corners(const vision::ImageView& image, std::size_t wanted, vision::CornerCandidates& candidates);
   void report_matches(const FilterUpdate& update, StepReport& report) const;
