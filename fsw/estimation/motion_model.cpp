@@ -1,6 +1,7 @@
 #include "fsw/estimation/motion_model.hpp"
 
 #include <Eigen/Geometry>
+#include <cmath>
 
 #include "fsw/attitude/so3.hpp"
 
@@ -70,6 +71,59 @@ MotionState CameraMotion::at_rest(AttitudeChartKind chart, const Mat3& R_CT, con
   return state;
 }
 
+bool InertiaRatios::is_sphere() const { return !(second < 1.0) && !(second > 1.0) && !(third < 1.0) && !(third > 1.0); }
+
+bool InertiaRatios::is_physical() const {
+  return std::isfinite(second) && std::isfinite(third) && phi_TP.allFinite() && second > 0.0 && third > 0.0 &&
+         1.0 <= second + third && second <= 1.0 + third && third <= 1.0 + second;
+}
+
+RigidTargetMotion::RigidTargetMotion(const InertiaRatios& inertia) : constant_rate_(inertia.is_sphere()) {
+  const Mat3 R_TP = exp_so3(inertia.phi_TP);
+  const Vec3 moments(1.0, inertia.second, inertia.third);
+  J_T_ = R_TP * moments.asDiagonal() * R_TP.transpose();
+  J_inverse_T_ = R_TP * moments.cwiseInverse().asDiagonal() * R_TP.transpose();
+}
+
+void RigidTargetMotion::turn(MotionState& state, double dt_s, Mat6& G) const {
+  if (constant_rate_) {
+    Mat3 dp_dp;
+    Mat3 dp_dphi;
+    state.attitude.rotate(dt_s * state.rate, dp_dp, dp_dphi);
+    G.setIdentity();
+    G.block<3, 3>(0, 0) = dp_dp;
+    G.block<3, 3>(0, 3) = dt_s * dp_dphi;
+    return;
+  }
+  int steps = 1;
+  while (steps < max_steps && max_step_s * steps < dt_s) ++steps;
+  const double h = dt_s / steps;
+  G.setIdentity();
+  for (int i = 0; i < steps; ++i) {
+    // omega' = R_CT a(R_TC omega), a(w) = -J^-1 (w x J w): a half-step's error is of second order in h.
+    const Mat3 R_CT = state.attitude.dcm();
+    const Vec3 w_T = R_CT.transpose() * state.rate;
+    const Vec3 momentum_T = J_T_ * w_T;
+    const Vec3 a_C = -(R_CT * (J_inverse_T_ * w_T.cross(momentum_T)));
+    const Mat3 da_dw_T = J_inverse_T_ * (cross_matrix(momentum_T) - cross_matrix(w_T) * J_T_);
+    const Mat3 da_dw = R_CT * da_dw_T * R_CT.transpose();
+    const Mat3 da_dphi = da_dw * cross_matrix(state.rate) - cross_matrix(a_C);
+    const Mat3 A = state.attitude.error_jacobian();
+
+    Mat6 step = Mat6::Zero();
+    step.block<3, 3>(3, 0) = h * da_dphi * A;
+    step.block<3, 3>(3, 3) = Mat3::Identity() + h * da_dw;
+    Mat3 dp_dp;
+    Mat3 dp_dphi;
+    const Vec3 rate_next = state.rate + h * a_C;
+    state.attitude.rotate(0.5 * h * (state.rate + rate_next), dp_dp, dp_dphi);
+    state.rate = rate_next;
+    step.block<3, 3>(0, 0) = dp_dp + 0.5 * h * dp_dphi * step.block<3, 3>(3, 0);
+    step.block<3, 3>(0, 3) = 0.5 * h * dp_dphi * (Mat3::Identity() + step.block<3, 3>(3, 3));
+    G = step.lazyProduct(G).eval();
+  }
+}
+
 void RigidTargetMotion::propagate(MotionState& state, double dt_s, const ProcessNoise& noise, const Vec3& camera_rate_C,
                                   Mat12& F, Mat12& Q) const {
   // In a camera frame turning at w_c every inertial vector x obeys x' = -w_c x x: one rotation E over the step.
@@ -79,24 +133,23 @@ void RigidTargetMotion::propagate(MotionState& state, double dt_s, const Process
   F.block<3, 3>(0, 0) = E;
   F.block<3, 3>(0, 6) = dt_s * E;
   F.block<3, 3>(6, 6) = E;
-  F.block<3, 3>(9, 9) = E;
   state.position = E * (state.position + dt_s * state.velocity);
   state.velocity = E * state.velocity;
 
-  // R_CT(next) = E Exp(omega dt) R_CT.
-  Mat3 spin_dp;
-  Mat3 spin_dphi;
-  state.attitude.rotate(dt_s * state.rate, spin_dp, spin_dphi);
+  // R_CT(next) = E R_CT turned by the target's own motion.
+  Mat6 G;
+  turn(state, dt_s, G);
   Mat3 camera_dp;
   Mat3 camera_dphi;
   state.attitude.rotate(-dt_s * camera_rate_C, camera_dp, camera_dphi);
   state.rate = E * state.rate;
-  F.block<3, 3>(3, 3) = camera_dp * spin_dp;
-  const Mat3 dp_domega = camera_dp * spin_dphi;
-  F.block<3, 3>(3, 9) = dt_s * dp_domega;
+  F.block<3, 3>(3, 3) = camera_dp * G.block<3, 3>(0, 0);
+  F.block<3, 3>(3, 9) = camera_dp * G.block<3, 3>(0, 3);
+  F.block<3, 3>(9, 3) = E * G.block<3, 3>(3, 0);
+  F.block<3, 3>(9, 9) = E * G.block<3, 3>(3, 3);
 
   add_white_acceleration(Q, 0, 6, Mat3::Identity(), noise.acceleration_psd, dt_s);
-  add_white_acceleration(Q, 3, 9, dp_domega, noise.angular_psd, dt_s);
+  add_white_acceleration(Q, 3, 9, F.block<3, 3>(3, 9) / dt_s, noise.angular_psd, dt_s);
 }
 
 PoseLinearisation RigidTargetMotion::pose(const MotionState& state) const {

@@ -62,16 +62,44 @@ class CameraMotion final : public MotionModel {
   [[nodiscard]] MotionState at_rest(AttitudeChartKind chart, const Mat3& R_CT, const Vec3& t_CT) const override;
 };
 
-/// A free rigid target seen from a camera whose own motion is known: its centre drifts, its rate is constant.
+/// Principal moments of inertia of a target over the first of them, and where their axes lie.
+struct InertiaRatios {
+  double second = 1.0;
+  double third = 1.0;
+  Vec3 phi_TP = Vec3::Zero();  ///< principal axes P in T: R_TP = Exp([phi_TP x]), rad
+
+  /// All moments equal: the rate is constant.
+  [[nodiscard]] bool is_sphere() const;
+  /// Finite, positive, and no moment larger than the sum of the other two.
+  [[nodiscard]] bool is_physical() const;
+};
+
+/// A free rigid target seen from a camera whose own motion is known. Its centre drifts; its rate is constant, or, with unequal
+/// moments of inertia, obeys Euler's equations without torque, J omega' = -omega x J omega (Wertz, Spacecraft Attitude
+/// Determination and Control, ch. 16), in steps of at most max_step_s and at most max_steps of them.
 /// position = t_CT (m), velocity = d t_CT/dt in a camera that does not turn (m/s), rate = inertial rate of the target,
 /// expressed in C (rad/s).
 class RigidTargetMotion final : public MotionModel {
  public:
+  static constexpr double max_step_s = 0.05;
+  static constexpr int max_steps = 64;
+
+  RigidTargetMotion() = default;
+  explicit RigidTargetMotion(const InertiaRatios& inertia);
+
   void propagate(MotionState& state, double dt_s, const ProcessNoise& noise, const Vec3& camera_rate_C, Mat12& F,
                  Mat12& Q) const override;
   [[nodiscard]] PoseLinearisation pose(const MotionState& state) const override;
   void rates(const MotionState& state, Vec3& v_C, Vec3& omega_C, Mat<6, 12>& J) const override;
   [[nodiscard]] MotionState at_rest(AttitudeChartKind chart, const Mat3& R_CT, const Vec3& t_CT) const override;
+
+ private:
+  /// Attitude and rate over dt_s in a camera that does not turn. G = d[attitude chart, rate] next / d previous.
+  void turn(MotionState& state, double dt_s, Mat6& G) const;
+
+  bool constant_rate_ = true;
+  Mat3 J_T_ = Mat3::Identity();  ///< inertia over its first moment, axes of T
+  Mat3 J_inverse_T_ = Mat3::Identity();
 };
 
 }  // namespace relnav

@@ -171,5 +171,98 @@ TEST(MotionModels, at_rest_means_the_pose_it_was_given) {
   }
 }
 
+// ---- unequal moments of inertia ----
+
+const InertiaRatios sample_inertias[] = {
+    {1.3, 0.8, Vec3(0.3, -0.5, 0.2)}, {2.0, 2.0, Vec3::Zero()}, {0.6, 0.5, Vec3(1.0, 1.0, -2.0)}};
+
+Vec3 momentum_C(const InertiaRatios& inertia, const MotionState& m) {
+  const Mat3 R_CP = m.attitude.dcm() * exp_so3(inertia.phi_TP);
+  return R_CP * Vec3(1.0, inertia.second, inertia.third).asDiagonal() * (R_CP.transpose() * m.rate);
+}
+
+TEST(MotionModels, F_of_a_tumbling_target_is_the_jacobian_of_the_step) {
+  test::Samples samples(34);
+  for (const InertiaRatios& inertia : sample_inertias) {
+    const RigidTargetMotion tumbling(inertia);
+    for (const AttitudeChartKind chart : test::both_charts) {
+      for (const double angle : test::attitude_angles) {
+        for (const double dt_s : {0.04, 0.37}) {  // one step and eight
+          const MotionState at = samples.motion(chart, angle);
+          const Vec3 camera_rate_C = samples.matrix<3>(0.3);
+          Mat12 F;
+          Mat12 Q;
+          MotionState next = at;
+          tumbling.propagate(next, dt_s, {}, camera_rate_C, F, Q);
+          const auto step = [&](const Mat<12>& dx) -> Mat<12> {
+            MotionState m = test::moved(at, dx);
+            Mat12 ignored[2];
+            tumbling.propagate(m, dt_s, {}, camera_rate_C, ignored[0], ignored[1]);
+            return states_of(m);
+          };
+          CHECK((test::jacobian_error<12, 12>(F, step, Mat<12>::Zero()) < 2e-8));
+        }
+      }
+    }
+  }
+}
+
+TEST(MotionModels, a_tumbling_target_keeps_its_momentum_and_converges_with_the_step) {
+  test::Samples samples(35);
+  for (const InertiaRatios& inertia : sample_inertias) {
+    const RigidTargetMotion tumbling(inertia);
+    for (int i = 0; i < 5; ++i) {
+      MotionState start = samples.motion(AttitudeChartKind::mrp, 1.0);
+      start.rate = 5.0 * test::degree * samples.matrix<3>().normalized();
+      const Vec3 before = momentum_C(inertia, start);
+      const auto after_10_s = [&](int steps) {
+        MotionState m = start;
+        Mat12 ignored[2];
+        Mat3 switched;
+        for (int k = 0; k < steps; ++k) {
+          tumbling.propagate(m, 10.0 / steps, {}, Vec3::Zero(), ignored[0], ignored[1]);
+          (void)m.attitude.switch_if_due(switched);
+        }
+        return m;
+      };
+      const MotionState fine = after_10_s(20000);
+      const MotionState frames = after_10_s(100);
+      const MotionState half = after_10_s(400);
+      CHECK((momentum_C(inertia, frames) - before).norm() < 2e-3 * before.norm());
+      const double error = log_so3(frames.attitude.dcm() * fine.attitude.dcm().transpose()).norm();
+      const double error_of_half = log_so3(half.attitude.dcm() * fine.attitude.dcm().transpose()).norm();
+      CHECK(error < 0.05 * test::degree);          // over 50 deg turned
+      CHECK(error_of_half < 0.7 * error + 1e-12);  // max_step_s 0.05 against 0.025
+      CHECK((frames.rate - fine.rate).norm() < 0.01 * test::degree);
+    }
+  }
+}
+
+TEST(MotionModels, equal_moments_turn_as_a_constant_rate_does) {
+  test::Samples samples(36);
+  const RigidTargetMotion nearly_equal(InertiaRatios{1.0 + 1e-12, 1.0, Vec3(0.1, 0.2, 0.3)});
+  for (const AttitudeChartKind chart : test::both_charts) {
+    MotionState a = samples.motion(chart, 1.0);
+    MotionState b = a;
+    Mat12 F_a;
+    Mat12 F_b;
+    Mat12 Q;
+    rigid_target.propagate(a, 0.1, {}, Vec3::Zero(), F_a, Q);
+    nearly_equal.propagate(b, 0.1, {}, Vec3::Zero(), F_b, Q);
+    CHECK((states_of(a) - states_of(b)).norm() < 1e-11);
+    CHECK((F_a - F_b).norm() < 1e-9);
+  }
+}
+
+TEST(MotionModels, moments_of_inertia_that_no_body_has_are_told) {
+  CHECK(InertiaRatios{}.is_physical() && InertiaRatios{}.is_sphere());
+  for (const InertiaRatios& inertia : sample_inertias) CHECK(inertia.is_physical() && !inertia.is_sphere());
+  const Vec3 zero = Vec3::Zero();
+  const InertiaRatios impossible[] = {
+      {0.0, 1.0, zero}, {-1.0, 1.0, zero}, {2.1, 1.0, zero},      {1.0, 2.1, zero},
+      {0.4, 0.5, zero}, {NAN, 1.0, zero},  {1.0, HUGE_VAL, zero}, {1.0, 1.0, Vec3(0.0, NAN, 0.0)}};
+  for (const InertiaRatios& inertia : impossible) CHECK_FALSE(inertia.is_physical());
+}
+
 }  // namespace
 }  // namespace relnav
