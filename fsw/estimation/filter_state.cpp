@@ -6,7 +6,6 @@ namespace relnav {
 
 void FilterState::set_motion(const MotionState& start, const Mat12& P_motion) {
   motion = start;
-  motion_lin = start;
   size_ = motion_size;
   for (int c = 0; c < motion_size; ++c) {
     for (int r = 0; r < motion_size; ++r) P_element(r, c) = P_motion(r, c);
@@ -27,8 +26,7 @@ void FilterState::restore(std::size_t index, const Vec6& y, const Mat<6, 12>& J_
   f.offset = size_;
   f.size = 6;
   f.y = y;
-  f.y_lin = y;
-  append_block(J_motion, noise);
+  append_block(J_motion, {}, noise);
 }
 
 Feature* FilterState::find(SlotHandle slot) {
@@ -38,7 +36,8 @@ Feature* FilterState::find(SlotHandle slot) {
   return nullptr;
 }
 
-Expected<SlotHandle> FilterState::add(const Feature& feature, const Mat<6, 12>& J_motion, const Mat6& noise) {
+Expected<SlotHandle> FilterState::add(const Feature& feature, const Mat<6, 12>& J_motion, const DepthTerms& depth_terms,
+                                      const Mat6& noise) {
   const Expected<SlotHandle> slot = slots_.acquire();
   if (!slot) return slot.status();
   Feature added = feature;
@@ -46,28 +45,35 @@ Expected<SlotHandle> FilterState::add(const Feature& feature, const Mat<6, 12>& 
   added.offset = size_;
   added.size = 6;
   RELNAV_ASSERT(features_.push_back(added) == Status::ok);
-  append_block(J_motion, noise);
+  append_block(J_motion, depth_terms, noise);
   return added.slot;
 }
 
-void FilterState::append_block(const Mat<6, 12>& J_motion, const Mat6& noise) {
+void FilterState::append_block(const Mat<6, 12>& J_motion, const DepthTerms& depth_terms, const Mat6& noise) {
   constexpr int block = 6;
+  constexpr int rho = 5;
   const int offset = size_;
-  // P_new,old = J P_motion,old; P_new,new = J P_motion J' + noise.
-  for (int c = 0; c < offset; ++c) {
-    for (int r = 0; r < block; ++r) {
-      double sum = 0.0;
-      for (int k = 0; k < motion_size; ++k) sum += J_motion(r, k) * P_element(k, c);
-      P_element(offset + r, c) = sum;
-      P_element(c, offset + r) = sum;
+  // P_new,old = J P_old,old; P_new,new = J P_old,new + noise. J: motion for all rows, other features for rho's.
+  const auto row_times = [&](int r, const double* P_column) {
+    double sum = 0.0;
+    for (int k = 0; k < motion_size; ++k) sum += J_motion(r, k) * P_column[k];
+    if (r != rho) return sum;
+    for (const DepthTerm& term : depth_terms) {
+      for (int k = 0; k < term.size; ++k) sum += term.J(k) * P_column[term.offset + k];
     }
+    return sum;
+  };
+  for (int c = 0; c < offset; ++c) {
+    for (int r = 0; r < block; ++r) P_element(offset + r, c) = row_times(r, &P_element(0, c));
+  }
+  for (int c = 0; c < block; ++c) {
+    for (int r = 0; r < offset; ++r) P_element(r, offset + c) = P_element(offset + c, r);
   }
   for (int c = 0; c < block; ++c) {
     for (int r = c; r < block; ++r) {
-      double sum = noise(r, c);
-      for (int k = 0; k < motion_size; ++k) sum += J_motion(r, k) * P_element(offset + c, k);
-      P_element(offset + r, offset + c) = sum;
-      P_element(offset + c, offset + r) = sum;
+      const double covariance = row_times(r, &P_element(0, offset + c)) + noise(r, c);
+      P_element(offset + r, offset + c) = covariance;
+      P_element(offset + c, offset + r) = covariance;
     }
   }
   size_ += block;
@@ -98,9 +104,7 @@ void FilterState::remove(std::size_t index) {
 void FilterState::make_euclidean(std::size_t index) {
   Feature& f = features_[index];
   Mat<3, 6> J;
-  Mat<3, 6> J_unused;
-  const Vec3 X_T = inverse_depth::point_T(f.y, J_unused);
-  const Vec3 X_lin_T = inverse_depth::point_T(f.y_lin, J);
+  const Vec3 X_T = inverse_depth::point_T(f.y, J);
   const int first = f.offset;
   for (int c = 0; c < size_; ++c) {
     Vec6 old;
@@ -125,15 +129,13 @@ void FilterState::make_euclidean(std::size_t index) {
   }
   f.y.head<3>() = X_T;
   f.y.tail<3>().setZero();
-  f.y_lin.head<3>() = X_lin_T;
-  f.y_lin.tail<3>().setZero();
   f.size = 3;
   for (std::size_t i = index + 1; i < features_.size(); ++i) features_[i].offset -= 3;
 }
 
 void FilterState::correct(const double* dx) {
   motion.position += Vec3(dx[0], dx[1], dx[2]);
-  motion.attitude.rotate(Vec3(motion_lin.attitude.error_jacobian() * Vec3(dx[3], dx[4], dx[5])));
+  motion.attitude.add(Vec3(dx[3], dx[4], dx[5]));
   motion.velocity += Vec3(dx[6], dx[7], dx[8]);
   motion.rate += Vec3(dx[9], dx[10], dx[11]);
   for (Feature& f : features_) {
@@ -151,17 +153,13 @@ void FilterState::negate_scale() {
   negate(6, 3);
   motion.position = -motion.position;
   motion.velocity = -motion.velocity;
-  motion_lin.position = -motion_lin.position;
-  motion_lin.velocity = -motion_lin.velocity;
   for (Feature& f : features_) {
     negate(f.offset, 3);
     f.y.head<3>() = -f.y.head<3>();
-    f.y_lin.head<3>() = -f.y_lin.head<3>();
     f.r_TC0 = -f.r_TC0;
     if (f.size == 6) {
       sign[static_cast<std::size_t>(f.offset) + 5] = -1.0;
       f.y(5) = -f.y(5);
-      f.y_lin(5) = -f.y_lin(5);
     }
   }
   for (int c = 0; c < size_; ++c) {
@@ -171,12 +169,14 @@ void FilterState::negate_scale() {
   }
 }
 
-void FilterState::relinearise() {
-  // The covariance is that of the chart at the linearisation point: carried over through dphi, which both share.
-  const Mat3 J = motion.attitude.error_jacobian_inverse() * motion_lin.attitude.error_jacobian();
-  transform_block(P(), 3, J);
-  motion_lin = motion;
-  for (Feature& f : features_) f.y_lin = f.y;
+void FilterState::loosen(std::size_t index, double sigma_m) {
+  const Feature& f = features_[index];
+  // Azimuth and elevation move by the angle that the anchor sees; near the poles of elevation the azimuth would move more,
+  // which loosens less than asked for.
+  const double sigma = f.size == 3 ? sigma_m : sigma_m * f.y(5);
+  const int first = f.size == 3 ? f.offset : f.offset + 3;
+  const int count = f.size == 3 ? 3 : 2;
+  for (int k = first; k < first + count; ++k) P_element(k, k) += sigma * sigma;
 }
 
 }  // namespace relnav

@@ -13,10 +13,9 @@ namespace relnav {
 /// One tracked point: its block of the state, how it was first seen, and its record.
 struct Feature {
   SlotHandle slot;
-  int offset = 0;             ///< of its block in the state
-  int size = 6;               ///< 6: inverse depth, 3: Euclidean point in T
-  Vec6 y = Vec6::Zero();      ///< first `size` entries count
-  Vec6 y_lin = Vec6::Zero();  ///< where Jacobians are taken: its first estimate
+  int offset = 0;         ///< of its block in the state
+  int size = 6;           ///< 6: inverse depth, 3: Euclidean point in T
+  Vec6 y = Vec6::Zero();  ///< first `size` entries count
 
   // First sight, for the appearance prediction.
   Vec2 uv0_px = Vec2::Zero();
@@ -28,6 +27,14 @@ struct Feature {
   std::uint16_t lost_in_a_row = 0;
   std::uint16_t unseen_in_a_row = 0;  ///< frames outside the image or turned away
 };
+
+/// What the inverse depth of a new feature owes to one already in the state.
+struct DepthTerm {
+  int offset = 0;         ///< of that feature's block
+  int size = 0;           ///< of it
+  Vec6 J = Vec6::Zero();  ///< d rho / d block, first `size` entries
+};
+using DepthTerms = BoundedVector<DepthTerm, 4>;
 
 /// The filter's state and covariance on preallocated storage: x = [motion (12) | feature blocks, without gaps].
 /// Adding appends, removing and converting close the gap; nothing is ever allocated.
@@ -49,8 +56,10 @@ class FilterState {
   [[nodiscard]] Feature* find(SlotHandle slot);
   [[nodiscard]] bool has_room() const { return !slots_.full(); }
 
-  /// Appends an inverse-depth block. J_motion (6 x 12): its dependence on the motion states; noise: what comes on top.
-  Expected<SlotHandle> add(const Feature& feature, const Mat<6, 12>& J_motion, const Mat6& noise);
+  /// Appends an inverse-depth block. J_motion (6 x 12): its dependence on the motion states; depth_terms: that of its inverse
+  /// depth on other features; noise: what comes on top.
+  Expected<SlotHandle> add(const Feature& feature, const Mat<6, 12>& J_motion, const DepthTerms& depth_terms,
+                           const Mat6& noise);
   /// Replaces motion and covariance and empties the state of feature blocks, keeping features() and their handles; each is
   /// then given its block again, in order, by restore(). For a restart from another estimate.
   void begin_restore(const MotionState& motion, const Mat12& P_motion);
@@ -60,13 +69,14 @@ class FilterState {
   void remove(std::size_t index);
   /// Inverse depth -> Euclidean: state and covariance shrink by three, with the Jacobian of eq. (6).
   void make_euclidean(std::size_t index);
-  /// x += dx over all blocks. The attitude part is a change of the chart at the linearisation point.
+  /// x += dx over all blocks.
   void correct(const double* dx);
+  /// Adds variance to a feature's position across the line of sight, as if the point itself had moved: sigma_m in
+  /// both directions (Euclidean: in all three).
+  void loosen(std::size_t index, double sigma_m);
   /// Every length times -1: position, velocity, anchors, points and inverse depths change sign, no image changes. Undoes a
   /// start that has taken the mirror image of the motion, with every depth negative.
   void negate_scale();
-  /// Moves the linearisation point to the estimate.
-  void relinearise();
   /// Square blocks of the covariance as a small matrix.
   template <int Rows, int Cols>
   [[nodiscard]] Mat<Rows, Cols> P_block(int row, int col) const {
@@ -78,14 +88,10 @@ class FilterState {
   }
 
   MotionState motion;
-  /// Where Jacobians are taken. Apart from the estimate on purpose: Jacobians that follow every correction give the weakly
-  /// observable direction (rate against relief) information that no measurement holds (first-estimate Jacobians: Huang,
-  /// Mourikis, Roumeliotis, IJRR 29(5), 2010, for the same effect in SLAM).
-  MotionState motion_lin;
 
  private:
   [[nodiscard]] double& P_element(int row, int col) { return P_.view(capacity, capacity)(row, col); }
-  void append_block(const Mat<6, 12>& J_motion, const Mat6& noise);
+  void append_block(const Mat<6, 12>& J_motion, const DepthTerms& depth_terms, const Mat6& noise);
   void set_motion(const MotionState& motion, const Mat12& P_motion);
   /// Drops rows and columns first .. first + count - 1.
   void erase_states(int first, int count);

@@ -16,10 +16,8 @@ Status predict_pixel(const CameraModel& camera, const PoseLinearisation& pose, c
   return camera.project(feature_direction_C(pose, feature), uv_px);
 }
 
-Status predict_image(const CameraModel& camera, const PoseLinearisation& pose, const PoseLinearisation& pose_lin,
-                     const Feature& feature, PredictedImage& image) {
-  const Status seen = predict_pixel(camera, pose, feature, image.uv_px);
-  if (seen != Status::ok) return seen;
+Status predict_image(const CameraModel& camera, const PoseLinearisation& pose, const Feature& feature,
+                     PredictedImage& image) {
   image.H = SparseRowPair{};
   image.H.feature_offset = feature.offset;
   image.H.feature_size = feature.size;
@@ -28,31 +26,30 @@ Status predict_image(const CameraModel& camera, const PoseLinearisation& pose, c
   Vec3 rotated_C;  // the part of h that turns with the target
   double rho = 1.0;
   if (feature.size == 3) {
-    rotated_C = pose_lin.R_CT * feature.y_lin.head<3>();
+    rotated_C = pose.R_CT * feature.y.head<3>();
     J_feature.setZero();
-    J_feature.block<3, 3>(0, 0) = pose_lin.R_CT;
+    J_feature.block<3, 3>(0, 0) = pose.R_CT;
   } else {
-    rho = feature.y_lin(5);
+    rho = feature.y(5);
     Vec3 dm_dtheta;
     Vec3 dm_dphi;
-    const Vec3 m = inverse_depth::ray_T(feature.y_lin(3), feature.y_lin(4), dm_dtheta, dm_dphi);
-    rotated_C = pose_lin.R_CT * (rho * feature.y_lin.head<3>() + m);
-    J_feature.block<3, 3>(0, 0) = rho * pose_lin.R_CT;
-    J_feature.col(3) = pose_lin.R_CT * dm_dtheta;
-    J_feature.col(4) = pose_lin.R_CT * dm_dphi;
-    J_feature.col(5) = pose_lin.R_CT * feature.y_lin.head<3>() + pose_lin.t_CT;
+    const Vec3 m = inverse_depth::ray_T(feature.y(3), feature.y(4), dm_dtheta, dm_dphi);
+    rotated_C = pose.R_CT * (rho * feature.y.head<3>() + m);
+    J_feature.block<3, 3>(0, 0) = rho * pose.R_CT;
+    J_feature.col(3) = pose.R_CT * dm_dtheta;
+    J_feature.col(4) = pose.R_CT * dm_dphi;
+    J_feature.col(5) = pose.R_CT * feature.y.head<3>() + pose.t_CT;
   }
-  const Vec3 h_C = rotated_C + rho * pose_lin.t_CT;
+  const Vec3 h_C = rotated_C + rho * pose.t_CT;
 
   Mat23 J_uv_h;
-  Vec2 uv_lin_px;
-  const Status status = camera.project(h_C, uv_lin_px, J_uv_h);
+  const Status status = camera.project(h_C, image.uv_px, J_uv_h);
   if (status != Status::ok) return status;
 
   Mat<3, 6> J_pose;  // d h / d[dt_CT, dphi_C]
   J_pose.block<3, 3>(0, 0) = rho * Mat3::Identity();
   J_pose.block<3, 3>(0, 3) = -cross_matrix(rotated_C);
-  const Mat<2, 6> H_motion = J_uv_h * (J_pose * pose_lin.J);
+  const Mat<2, 6> H_motion = J_uv_h * (J_pose * pose.J);
   const Mat<2, 6> H_feature = J_uv_h * J_feature;
   for (int r = 0; r < 2; ++r) {
     for (int c = 0; c < 6; ++c) image.H.motion[r][c] = H_motion(r, c);

@@ -19,9 +19,9 @@ struct PredictedImage {
 /// Pixel only. Status as CameraModel::project.
 Status predict_pixel(const CameraModel& camera, const PoseLinearisation& pose, const Feature& feature, Vec2& uv_px);
 
-/// Pixel at the estimate and measurement Jacobian at the linearisation point, eq. (17)-(22) with the optical image convention of spec/conventions.md.
-Status predict_image(const CameraModel& camera, const PoseLinearisation& pose, const PoseLinearisation& pose_lin,
-                     const Feature& feature, PredictedImage& image);
+/// Pixel and measurement Jacobian, eq. (17)-(22) with the optical image convention of spec/conventions.md.
+Status predict_image(const CameraModel& camera, const PoseLinearisation& pose, const Feature& feature,
+                     PredictedImage& image);
 
 /// S = H P H' (2 x 2), without measurement noise.
 [[nodiscard]] Mat2 image_covariance(const FilterState& state, const SparseRowPair& H);

@@ -28,8 +28,7 @@ struct FilterUpdate {
 /// Call order per frame: predict, predict_features, update, then add features in free slots.
 class NoncoopFilter {
  public:
-  /// invalid_argument: range, matching sigma, gate or a RANSAC setting not positive, confidence outside (0, 1), a sigma
-  /// negative or not finite; for a rigid target also a start sigma that is zero.
+  /// invalid_argument as NoncoopConfig::validate(); the filter then keeps what it had.
   Status configure(const NoncoopConfig& config, const CameraModel& camera);
 
   /// Places T: axes as C now; origin `range` along los_C (rigid target) or at the camera (camera motion).
@@ -45,7 +44,7 @@ class NoncoopFilter {
   FilterUpdate update(const FeatureMatches& matches);
 
   [[nodiscard]] bool has_room() const { return state_.has_room(); }
-  /// New feature at a pixel, in inverse depth. The depth prior follows its neighbours on the target.
+  /// New feature at a pixel, in inverse depth. Status as make_new_feature(), or no_capacity.
   Expected<SlotHandle> add_feature(const Vec2& uv_px);
   /// Drops features that have served; their handles are appended to `dropped`.
   void drop_spent_features(BoundedVector<SlotHandle, config::max_features>& dropped);
@@ -57,33 +56,25 @@ class NoncoopFilter {
   [[nodiscard]] const NoncoopConfig& config() const { return config_; }
 
  private:
-  struct DepthPrior {
-    double depth_m;          ///< distance from the camera
-    double sigma_m;          ///< what the state does not know of it
-    double slope_along_los;  ///< d depth / d (distance of T): 1 where lengths hang on the target's distance
-  };
+  [[nodiscard]] bool is_rigid() const { return config_.motion == MotionKind::rigid_target; }
   [[nodiscard]] const MotionModel& model() const;
-  [[nodiscard]] DepthPrior depth_prior(const Vec2& uv_px, const PoseLinearisation& pose) const;
+  [[nodiscard]] Vec3 euclidean_point_T(const Feature& feature) const;
   [[nodiscard]] Mat2 appearance_warp(const Feature& feature, const PoseLinearisation& pose) const;
+  /// Features move over the target a little as it turns.
+  void let_features_walk(double dt_s);
   /// Linearises a match at the current state. True when it is predictable and inside its gate.
   [[nodiscard]] bool linearise(const CompatibleMatch& match, const PoseLinearisation& pose,
-                               const PoseLinearisation& pose_lin, Innovation& innovation) const;
-  /// The estimate has left the neighbourhood in which the linearisation point serves.
-  [[nodiscard]] bool relinearise_due() const;
-  [[nodiscard]] Vec3 euclidean_point_T(const Feature& feature) const;
+                               Innovation& innovation) const;
   /// Most depths negative: the mirror image of the camera's motion has been taken; turned back exactly.
   void undo_mirrored_scale();
   void convert_linear_features();
-  void switch_chart_if_due(FilterUpdate& update);
   /// The parts of update(): gate each match, update with the RANSAC's inliers and rescue the rest, keep the records.
   void gather_compatible(const FeatureMatches& matches, FilterUpdate& out);
   void update_with_inliers(const RansacResult& low, FilterUpdate& out);
   void record_use(const FilterUpdate& out);
   /// Feeds the start adjustment with this frame. True when it has an answer; the filter is then set to it.
   bool adjust_start(const FeatureMatches& matches);
-  void take_over(const StartAdjustment::Result& start);
-  /// While the start is undecided: output of the mixture of hypotheses instead of the best one's.
-  void blend_start_hypotheses(RelativeState& out) const;
+  [[nodiscard]] double since_start_s() const { return (time_ - start_time_).seconds(); }
 
   NoncoopConfig config_;
   CameraModel camera_;

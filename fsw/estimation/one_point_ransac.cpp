@@ -40,7 +40,7 @@ RansacResult one_point_ransac(const RansacConfig& settings, Generator& generator
     if (update.state_step(state, innovations, chosen, dx.data()) != Status::ok) continue;
     MotionState motion = state.motion;
     motion.position += Vec3(dx[0], dx[1], dx[2]);
-    motion.attitude.rotate(Vec3(state.motion_lin.attitude.error_jacobian() * Vec3(dx[3], dx[4], dx[5])));
+    motion.attitude.add(Vec3(dx[3], dx[4], dx[5]));
     const PoseLinearisation pose = model.pose(motion);
 
     std::array<bool, config::max_features> inlier{};

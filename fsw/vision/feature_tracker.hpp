@@ -27,7 +27,7 @@ enum class MatchOutcome : std::uint8_t {
 };
 
 struct TrackerOptions {
-  double min_score = 0.8;         ///< correlation at the integer peak
+  double min_score = 0.75;        ///< correlation at the integer peak
   double max_second_ratio = 1.0;  ///< second best over best, further than 3 px away; 1 switches the test off
   WarpLimits warp;
   SearchOptions search;

@@ -48,7 +48,7 @@ TEST_GROUP(EkfUpdates) {
   void set_up_state(AttitudeChartKind chart, int features) {
     state.reset(samples.motion(chart, 0.8), samples.covariance<12>(0.1));
     for (int i = 0; i < features; ++i) {
-      CHECK(state.add(samples.feature(), samples.matrix<6, 12>(0.3), samples.covariance<6>(0.1)).has_value());
+      CHECK(state.add(samples.feature(), samples.matrix<6, 12>(0.3), {}, samples.covariance<6>(0.1)).has_value());
     }
     if (features > 2) state.make_euclidean(1);
   }
@@ -183,8 +183,7 @@ struct RansacScene {
       const Vec3 X_T = true_pose.R_CT.transpose() * (p_C - true_pose.t_CT);
       f.y.head<3>() = X_T - Vec3(0.0, 0.0, 2.0);
       f.y(5) = 0.5;
-      f.y_lin = f.y;
-      CHECK(state.add(f, Mat<6, 12>::Zero(), Mat6(1e-10 * Mat6::Identity())).has_value());
+      CHECK(state.add(f, Mat<6, 12>::Zero(), {}, Mat6(1e-10 * Mat6::Identity())).has_value());
       CompatibleMatch m;
       m.feature = static_cast<std::size_t>(i);
       m.sigma_px = 0.3;
@@ -196,7 +195,7 @@ struct RansacScene {
           outlier ? Vec2(15.0 * exp_so3(Vec3(0.0, 0.0, 2.4 * i)).block<2, 1>(0, 0)) : Vec2(samples.matrix<2>(0.15));
       Innovation innovation;
       PredictedImage image;
-      CHECK(predict_image(camera, pose, pose, state.features()[m.feature], image) == Status::ok);
+      CHECK(predict_image(camera, pose, state.features()[m.feature], image) == Status::ok);
       innovation.H = image.H;
       innovation.nu_px = m.uv_px - image.uv_px;
       innovation.variance_px2 = m.sigma_px * m.sigma_px;

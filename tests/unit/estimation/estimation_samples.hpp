@@ -58,7 +58,6 @@ class Samples {
   Feature feature() {
     Feature f;
     f.y << matrix<3>(0.5), uniform(-2.0, 2.0), uniform(-0.9, 0.9), uniform(0.2, 0.6);
-    f.y_lin = f.y;
     return f;
   }
   Generator& generator() { return generator_; }

@@ -45,7 +45,8 @@ TEST_GROUP(FilterStates) {
 
   void setup() override { state.reset(samples.motion(AttitudeChartKind::mrp, 0.8), samples.covariance<12>()); }
   SlotHandle add() {
-    const Expected<SlotHandle> slot = state.add(samples.feature(), samples.matrix<6, 12>(), samples.covariance<6>());
+    const Expected<SlotHandle> slot =
+        state.add(samples.feature(), samples.matrix<6, 12>(), {}, samples.covariance<6>());
     CHECK(slot.has_value());
     return slot.value();
   }
@@ -57,14 +58,49 @@ TEST(FilterStates, adding_is_a_congruence_plus_noise) {
     const Mat<6, 12> J_motion = samples.matrix<6, 12>();
     const Mat6 noise = samples.covariance<6>();
     const int n = state.size();
-    CHECK(state.add(samples.feature(), J_motion, noise).has_value());
     MatrixXd J = MatrixXd::Zero(n + 6, n);
     J.topRows(n).setIdentity();
     J.bottomLeftCorner(6, 12) = J_motion;
+    // The inverse depth also depends on features that are there: none, one, ... as many as terms have room.
+    DepthTerms terms;
+    for (std::size_t k = 0; k < state.features().size() && !terms.full(); ++k) {
+      const Feature& f = state.features()[k];
+      const DepthTerm term{f.offset, f.size, samples.matrix<6>()};
+      CHECK(terms.push_back(term) == Status::ok);
+      J.block(n + 5, f.offset, 1, f.size) = term.J.head(f.size).transpose();
+    }
+    CHECK(state.add(samples.feature(), J_motion, terms, noise).has_value());
     MatrixXd expected = congruence(J, before);
     expected.bottomRightCorner(6, 6) += noise;
     CHECK(test::matrix_difference(test::dense_covariance(state), expected) < 1e-13);
+    CHECK(test::dense_covariance(state) == test::dense_covariance(state).transpose());
     check_blocks_are_without_gaps(state);
+    if (i == 2) state.make_euclidean(1);  // terms of both sizes from here on
+  }
+}
+
+TEST(FilterStates, loosening_moves_a_point_across_its_line_of_sight) {
+  for (const double distance_m : {0.8, 3.0, 12.0}) {
+    state.reset(samples.motion(AttitudeChartKind::mrp, 0.8), samples.covariance<12>());
+    add();
+    state.features()[0].y << 0.1, 0.2, 0.3, 0.4, 0.0,
+        1.0 / distance_m;  // elevation 0: angles are lengths over distance
+    const double sigma_m = 0.05;
+    const MatrixXd before = test::dense_covariance(state);
+    const Feature f = state.features()[0];
+    state.loosen(0, sigma_m);
+    const MatrixXd added = test::dense_covariance(state) - before;
+    Mat<3, 6> J;
+    const Vec3 ray = (inverse_depth::point_T(f.y, J) - f.y.head<3>()).normalized();
+    const Mat3 spread = J * added.block<6, 6>(12, 12) * J.transpose();
+    CHECK(test::matrix_difference(spread, sigma_m * sigma_m * (Mat3::Identity() - ray * ray.transpose())) < 1e-12);
+    CHECK((added.topLeftCorner<12, 12>().isZero(0.0)));
+
+    state.make_euclidean(0);
+    const MatrixXd euclidean_before = test::dense_covariance(state);
+    state.loosen(0, sigma_m);
+    const MatrixXd euclidean_added = test::dense_covariance(state) - euclidean_before;
+    CHECK(test::matrix_difference(euclidean_added.block<3, 3>(12, 12), sigma_m * sigma_m * Mat3::Identity()) < 1e-10);
   }
 }
 
@@ -87,13 +123,9 @@ TEST(FilterStates, becoming_euclidean_is_the_congruence_of_eq_6) {
   for (int i = 0; i < 6; ++i) add();
   for (const std::size_t index : {5U, 0U, 2U}) {
     const MatrixXd before = test::dense_covariance(state);
-    Feature& f = state.features()[index];
-    f.y(5) *= 1.02;  // estimate and linearisation point apart
-    const Feature old = f;
+    const Feature old = state.features()[index];
     Mat<3, 6> J_point;
-    Mat<3, 6> ignored;
-    const Vec3 X_lin = inverse_depth::point_T(old.y_lin, J_point);
-    const Vec3 X = inverse_depth::point_T(old.y, ignored);
+    const Vec3 X = inverse_depth::point_T(old.y, J_point);
     state.make_euclidean(index);
     MatrixXd J = dropping(static_cast<int>(before.rows()), old.offset + 3, 3);
     J.block(old.offset, old.offset, 3, 6) = J_point;
@@ -103,27 +135,7 @@ TEST(FilterStates, becoming_euclidean_is_the_congruence_of_eq_6) {
     LONGS_EQUAL(3, state.features()[index].size);
     CHECK(state.features()[index].slot == old.slot);
     CHECK((state.features()[index].y.head<3>() - X).norm() == 0.0);
-    CHECK((state.features()[index].y_lin.head<3>() - X_lin).norm() == 0.0);
     check_blocks_are_without_gaps(state);
-  }
-}
-
-TEST(FilterStates, relinearising_carries_the_attitude_error_over_to_the_new_chart_point) {
-  for (const AttitudeChartKind chart : test::both_charts) {
-    state.reset(samples.motion(chart, 0.8), samples.covariance<12>());
-    for (int i = 0; i < 3; ++i) add();
-    state.motion.attitude.rotate(Vec3(0.05, -0.1, 0.2));
-    state.motion.position += Vec3(0.1, 0.2, 0.3);
-    state.features()[1].y(4) += 0.01;
-    const MatrixXd before = test::dense_covariance(state);
-    MatrixXd J = MatrixXd::Identity(state.size(), state.size());
-    J.block<3, 3>(3, 3) = state.motion.attitude.error_jacobian().inverse() * state.motion_lin.attitude.error_jacobian();
-    state.relinearise();
-    const MatrixXd after = test::dense_covariance(state);
-    CHECK(test::matrix_difference(after, congruence(J, before)) < 1e-13);
-    CHECK(state.motion_lin.attitude.parameters() == state.motion.attitude.parameters());
-    CHECK(state.motion_lin.position == state.motion.position);
-    CHECK(state.features()[1].y_lin == state.features()[1].y);
   }
 }
 
@@ -136,13 +148,12 @@ TEST(FilterStates, correction_reaches_every_block) {
   state.correct(dx.data());
   const Eigen::Map<const Eigen::VectorXd> d(dx.data(), state.size());
   CHECK((state.motion.position - before.motion.position - d.segment<3>(0)).norm() < 1e-15);
-  CHECK((state.motion.attitude.parameters() - before.motion.attitude.parameters() - d.segment<3>(3)).norm() < 1e-5);
+  CHECK((state.motion.attitude.parameters() - before.motion.attitude.parameters() - d.segment<3>(3)).norm() < 1e-15);
   CHECK((state.motion.velocity - before.motion.velocity - d.segment<3>(6)).norm() < 1e-15);
   CHECK((state.motion.rate - before.motion.rate - d.segment<3>(9)).norm() < 1e-15);
   for (std::size_t i = 0; i < 3; ++i) {
     const Feature& f = state.features()[i];
     for (int k = 0; k < f.size; ++k) DOUBLES_EQUAL(before.features()[i].y(k) + d(f.offset + k), f.y(k), 0.0);
-    CHECK(f.y_lin == before.features()[i].y_lin);
   }
 }
 
@@ -164,7 +175,7 @@ TEST(FilterStates, restoring_rebuilds_the_covariance_and_keeps_the_handles) {
     J.bottomLeftCorner(6, 12) = J_motion;
     expected = congruence(J, expected);
     expected.bottomRightCorner(6, 6) += noise;
-    CHECK(state.features()[i].y == y && state.features()[i].y_lin == y);
+    CHECK(state.features()[i].y == y);
     CHECK(state.features()[i].slot == slots[i]);
   }
   CHECK(test::matrix_difference(test::dense_covariance(state), expected) < 1e-13);
@@ -176,7 +187,8 @@ TEST(FilterStates, a_full_pool_has_no_capacity_and_changes_nothing) {
   CHECK_FALSE(state.has_room());
   LONGS_EQUAL(FilterState::capacity, state.size());
   const MatrixXd before = test::dense_covariance(state);
-  const Expected<SlotHandle> refused = state.add(samples.feature(), samples.matrix<6, 12>(), samples.covariance<6>());
+  const Expected<SlotHandle> refused =
+      state.add(samples.feature(), samples.matrix<6, 12>(), {}, samples.covariance<6>());
   CHECK(refused.status() == Status::no_capacity);
   LONGS_EQUAL(full_count, state.features().size());
   CHECK(test::dense_covariance(state) == before);

@@ -2,11 +2,17 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <string>
 #include <vector>
 
 #include "tests/unit/estimation/filter_run.hpp"
 
 #include <CppUTest/TestHarness.h>
+
+// Normalised estimation error squared over many runs of a freely turning target under white pixel noise. `told`: the filter
+// knows that the noise is white and features stay where they are, so that what is left to fail is the filter itself:
+// linearisation, new features, the handover of the start. `flown`: the defaults, which allow for what images do and white
+// noise does not. What images do is measured on images (docs/estimators.md).
 
 namespace relnav {
 namespace {
@@ -19,78 +25,125 @@ constexpr bool statistics = true;
 constexpr int seeds = 50;
 #endif
 constexpr int frames = 300;
+constexpr int parts = 6;
 constexpr double dt_s = 0.1;
+constexpr double noise_px = 0.3;
 constexpr std::size_t features = 40;  // 60 would take 35 s of CPU
+
+/// NEES of one kind, all runs and frames.
+struct Consistency {
+  const char* name;
+  double dof;
+  double upper_95;  ///< of chi-square with dof degrees of freedom
+  std::vector<double> nees;
+  double part_mean[parts] = {};
+
+  void add(double value, int frame) {
+    nees.push_back(value);
+    part_mean[parts * frame / frames] += value * parts / (static_cast<double>(seeds) * frames);
+  }
+  [[nodiscard]] double mean() const {
+    double sum = 0.0;
+    for (const double e : nees) sum += e;
+    return sum / static_cast<double>(nees.size());
+  }
+  [[nodiscard]] double inside() const {
+    const auto count = std::count_if(nees.begin(), nees.end(), [this](double e) { return e < upper_95; });
+    return static_cast<double>(count) / static_cast<double>(nees.size());
+  }
+  void print() const {
+    std::printf("    NEES %-8s / %.0f dof: mean %5.2f, below %.2f: %.1f %%; by 50 frames:", name, dof, mean(), upper_95,
+                100.0 * inside());
+    for (const double m : part_mean) std::printf(" %.2f", m);
+    std::printf("\n");
+  }
+};
+
+struct Campaign {
+  Consistency attitude{"attitude", 3.0, 7.815, {}, {}};
+  Consistency pose{"pose", 6.0, 12.592, {}, {}};
+  Consistency rate{"rate", 3.0, 7.815, {}, {}};
+  double rms_deg = 0.0;
+  double worst_run_deg = 0.0;  ///< RMS
+};
+
+enum class Settings : std::uint8_t { told, flown };
+
+Campaign run_campaign(double range_m, Settings settings) {
+  const double rate_deg_s = 2.0;
+  Campaign out;
+  double sum_deg2 = 0.0;
+  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
+    NoncoopConfig config = NoncoopConfig::defaults(MotionKind::rigid_target);
+    config.range_m = range_m;
+    config.pixel_sigma_px = noise_px;
+    config.start_pixel_sigma_px = noise_px;
+    if (settings == Settings::told) config.feature_walk_px2_per_deg = config.robust_sigma = 0.0;
+    config.seed = seed;
+    test::Normal rng(seed + 500);
+    test::TargetMotion motion;
+    motion.t_CB0 = Vec3(0.0, 0.0, range_m);
+    motion.R_CB0 = exp_so3(rng.vec3());
+    motion.omega_C = rate_deg_s * test::degree * rng.vec3().normalized();
+    auto run = std::make_unique<test::FilterRun>(config, motion, noise_px, seed, dt_s, 400, features);
+    double run_deg2 = 0.0;
+    for (int k = 0; k < frames; ++k) {
+      run->step();
+      const RelativeState state = run->filter().output();
+      Vec6 e;
+      e << run->simulation().t_CB() - state.t_CT, run->attitude_error(state);
+      const Vec3 phi = e.tail<3>();
+      const Vec3 rate = run->simulation().omega_C() - state.omega_C;
+      out.attitude.add(phi.dot(state.pose_covariance.block<3, 3>(3, 3).ldlt().solve(phi)), k);
+      out.pose.add(e.dot(state.pose_covariance.ldlt().solve(e)), k);
+      out.rate.add(rate.dot(state.rate_covariance.block<3, 3>(3, 3).ldlt().solve(rate)), k);
+      run_deg2 += phi.squaredNorm() / (test::degree * test::degree);
+    }
+    sum_deg2 += run_deg2;
+    out.worst_run_deg = std::max(out.worst_run_deg, std::sqrt(run_deg2 / frames));
+  }
+  out.rms_deg = std::sqrt(sum_deg2 / (seeds * frames));
+  std::printf("  %d x %d frames, %.1f m, %s: attitude RMS %.3f deg, worst run %.3f deg\n", seeds, frames, range_m,
+              settings == Settings::told ? "told" : "flown", out.rms_deg, out.worst_run_deg);
+  out.attitude.print();
+  out.pose.print();
+  out.rate.print();
+  return out;
+}
 
 TEST_GROUP(NoncoopMonteCarlo){};
 
-TEST(NoncoopMonteCarlo, attitude_near_a_turning_target) {
-  std::vector<double> nees;
-  std::vector<double> run_rms_deg;
-  double sum_deg2 = 0.0;
-  double nees_mean_at[6] = {};
-  double worst_run = 0.0;
-  std::uint64_t worst_seed = 0;
-  for (std::uint64_t seed = 1; seed <= seeds; ++seed) {
-    test::Normal rng(seed + 500);
-    test::TargetMotion motion;
-    motion.t_CB0 = Vec3(0.0, 0.0, 3.4);
-    motion.R_CB0 = exp_so3(rng.vec3());
-    motion.omega_C = 2.0 * test::degree * rng.vec3().normalized();
-    NoncoopConfig config = NoncoopConfig::defaults(MotionKind::rigid_target);
-    config.range_m = 3.4;
-    config.start_pixel_sigma_px = 0.3;  // the simulation's noise is all white
-    config.seed = seed;
-    auto run = std::make_unique<test::FilterRun>(config, motion, 0.3, seed, dt_s, 400, features);
-    double run_deg2 = 0.0;
-    for (int k = 1; k <= frames; ++k) {
-      run->step();
-      const RelativeState out = run->filter().output();
-      const Vec3 e = run->attitude_error(out);
-      const Mat3 P = out.pose_covariance.block<3, 3>(3, 3);
-      nees.push_back(e.dot(P.ldlt().solve(e)));
-      nees_mean_at[(k - 1) / 50] += nees.back() / (seeds * 50.0);
-      run_deg2 += e.squaredNorm() / (test::degree * test::degree);
-    }
-    sum_deg2 += run_deg2;
-    run_rms_deg.push_back(std::sqrt(run_deg2 / frames));
-    if (run_rms_deg.back() > 0.6) {
-      const Vec3 axis = motion.omega_C.normalized();
-      const Vec3 rate = run->filter().output().omega_C / test::degree;
-      std::printf(
-          "  seed %d: RMS %.2f deg, true axis %.2f %.2f %.2f, rate at the end %.2f %.2f %.2f deg/s, starting %d\n",
-          static_cast<int>(seed), run_rms_deg.back(), axis(0), axis(1), axis(2), rate(0), rate(1), rate(2),
-          run->filter().is_starting() ? 1 : 0);
-    }
-    if (run_rms_deg.back() > worst_run) {
-      worst_run = run_rms_deg.back();
-      worst_seed = seed;
-    }
-  }
-  double mean = 0.0;
-  for (const double e : nees) mean += e / static_cast<double>(nees.size());
-  std::sort(nees.begin(), nees.end());
-  std::sort(run_rms_deg.begin(), run_rms_deg.end());
-  // Chi-square, 3 degrees of freedom: mean 3, median 2.37, 95 % below 7.81.
-  const auto inside = static_cast<double>(std::lower_bound(nees.begin(), nees.end(), 7.815) - nees.begin());
-  const double rms_deg = std::sqrt(sum_deg2 / (seeds * frames));
-  const double median = nees[nees.size() / 2];
-  std::printf(
-      "  %d x %d frames: attitude RMS %.3f deg (median run %.3f, worst %.3f, seed %d); NEES/3dof median %.2f mean "
-      "%.2f, below 7.81: %.1f %%\n",
-      seeds, frames, rms_deg, run_rms_deg[seeds / 2], worst_run, static_cast<int>(worst_seed), median, mean,
-      100.0 * inside / static_cast<double>(nees.size()));
-  std::printf("  mean NEES by 50 frames: %.2f %.2f %.2f %.2f %.2f %.2f\n", nees_mean_at[0], nees_mean_at[1],
-              nees_mean_at[2], nees_mean_at[3], nees_mean_at[4], nees_mean_at[5]);
+// The goal is the 95 % band of chi-square about the degrees of freedom: means of 3 and 6, 95 % of the frames below 7.8 and
+// 12.6. Attitude and rate are there or on the safe side of it. The position of T's origin is not: that point is the centre
+// of mass, which only the curvature of the features' paths shows; with every correction of the attitude the filter takes a
+// little of the lever arm between it and the features for a measurement of it, and its sigma shrinks too far (bounds on
+// `pose` are what was reached, with some room).
+
+TEST(NoncoopMonteCarlo, near_a_turning_target) {
+  const Campaign c = run_campaign(3.4, Settings::told);
   if (!statistics) return;
-  // The goal is the 95 % band of chi-square: a mean NEES of 3 (2.9 .. 3.1 or so for this many runs) and 95 % of the frames
-  // below 7.81. Reached with 40 features: median 2.14, 91.5 % below 7.81, mean 3.2 after the first 50 frames but 12 in them
-  // (the start is overconfident); attitude RMS 0.157 deg, worst run 0.25 deg. Bounds with some room:
-  CHECK(rms_deg < 0.25);
-  CHECK(run_rms_deg.back() < 0.5);
-  CHECK(median > 1.5 && median < 3.0);
-  CHECK(inside > 0.87 * static_cast<double>(nees.size()));
-  for (int part = 1; part < 6; ++part) CHECK(nees_mean_at[part] < 4.5);
+  CHECK(c.rms_deg < 0.16 && c.worst_run_deg < 0.6);
+  CHECK(c.attitude.mean() < 4.5 && c.attitude.inside() > 0.89);
+  CHECK(c.rate.mean() < 3.3 && c.rate.inside() > 0.95);
+  CHECK(c.pose.mean() < 30.0);
+}
+
+TEST(NoncoopMonteCarlo, near_a_turning_target_as_flown) {
+  const Campaign c = run_campaign(3.4, Settings::flown);
+  if (!statistics) return;
+  CHECK(c.rms_deg < 0.2 && c.worst_run_deg < 0.5);
+  CHECK(c.attitude.mean() > 0.5 && c.attitude.mean() < 3.3 && c.attitude.inside() > 0.95);
+  CHECK(c.rate.mean() < 3.3 && c.rate.inside() > 0.95);
+  CHECK(c.pose.mean() < 13.0);
+}
+
+TEST(NoncoopMonteCarlo, far_from_a_turning_target_as_flown) {
+  const Campaign c = run_campaign(8.0, Settings::flown);
+  if (!statistics) return;
+  CHECK(c.rms_deg < 1.0 && c.worst_run_deg < 3.0);
+  CHECK(c.attitude.mean() > 1.5 && c.attitude.mean() < 4.5 && c.attitude.inside() > 0.87);
+  CHECK(c.rate.mean() < 3.3 && c.rate.inside() > 0.93);
+  CHECK(c.pose.mean() < 25.0);
 }
 
 }  // namespace

@@ -50,6 +50,12 @@ TEST(NoncoopFilters, configure_refuses_what_makes_no_sense) {
       {"relief_per_extent", &NoncoopConfig::relief_per_extent, true},
       {"min_relief", &NoncoopConfig::min_relief, true},
       {"pixel_sigma_px", &NoncoopConfig::pixel_sigma_px, false},
+      {"first_view_sigma_px", &NoncoopConfig::first_view_sigma_px, false},
+      {"feature_walk_px2_per_deg", &NoncoopConfig::feature_walk_px2_per_deg, true},
+      {"robust_sigma", &NoncoopConfig::robust_sigma, true},
+      {"gate_chi2", &NoncoopConfig::gate_chi2, false},
+      {"linearity_threshold", &NoncoopConfig::linearity_threshold, true},
+      {"start_duration_s", &NoncoopConfig::start_duration_s, true},
   };
   constexpr double infinity = std::numeric_limits<double>::infinity();
   auto filter = std::make_unique<NoncoopFilter>();
@@ -99,7 +105,7 @@ TEST(NoncoopFilters, both_charts_give_the_same_trajectory) {
                       (a.omega_C - b.omega_C).norm(), test::matrix_difference(a.pose_covariance, b.pose_covariance)});
   }
   std::printf("  charts apart by at most %.1e\n", worst);
-  CHECK(worst < 1e-6);
+  CHECK(worst < 1e-3);  // corrections are added in the chart: the charts differ by terms of second order in them
 }
 
 TEST(NoncoopFilters, a_target_turned_beyond_180_degrees_is_not_lost_when_the_chart_switches) {

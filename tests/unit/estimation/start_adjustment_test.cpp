@@ -38,14 +38,15 @@ struct Scene {
 
   StartAdjustment::Prior prior() const {
     StartAdjustment::Prior p;
-    p.c_C = c;
+    p.motion.c_C = c;
+    p.motion.c_lateral_sigma_m = 0.5 * half_extent * c.z();
+    p.motion.c_along_sigma_m = 0.125 * half_extent * half_extent * c.z();
+    p.motion.v_sigma_m_s = 0.05 * c.z();
+    p.motion.omega_sigma_rad_s = 3.0 * test::degree;
+    p.motion.angular_psd = 0.1 * test::degree;
+    p.rest_sigma_rad_s = 0.15 * test::degree;
     p.half_extent = half_extent;
     p.relief = half_extent;
-    p.c_sigma_m = half_extent * c.z();
-    p.v_sigma_m_s = 0.05 * c.z();
-    p.omega_sigma_rad_s = 3.0 * test::degree;
-    p.rest_sigma_rad_s = 0.15 * test::degree;
-    p.angular_psd = 0.1 * test::degree;
     return p;
   }
   void add(StartAdjustment& start, std::size_t i, double t_s) const {
@@ -130,12 +131,46 @@ TEST(StartAdjustments, perspective_tells_a_target_from_its_mirror_image) {
   }
 }
 
-TEST(StartAdjustments, a_target_at_rest_leaves_it_undecided) {
+TEST(StartAdjustments, a_target_at_rest_is_found_at_rest_and_its_rate_known) {
   const Scene scene(63, 0.5);
   const StartAdjustment::Result r = adjusted(scene, 60, 3e-4);
   std::printf("  start at rest: weights %.3f %.3f %.3f\n", r.weights[0], r.weights[1], r.weights[2]);
   DOUBLES_EQUAL(1.0, r.weights[0] + r.weights[1] + r.weights[2], 1e-12);
+  CHECK(r.weights[2] > 0.99);
+  CHECK(r.theta.segment<3>(6).norm() < 0.05 * test::degree);
+  CHECK(std::sqrt((r.covariance.block<3, 3>(6, 6).trace())) < 0.2 * test::degree);
+}
+
+TEST(StartAdjustments, a_short_look_at_a_slow_target_leaves_it_undecided) {
+  Scene scene(68, 0.3);
+  scene.omega = test::degree * Vec3(0.0, 0.6, 0.1);
+  scene.c = Vec3(0.1, -0.05, 10.0);
+  scene.half_extent = 0.085;
+  const StartAdjustment::Result r = adjusted(scene, 10, 3e-4);
+  std::printf("  short start: weights %.3f %.3f %.3f\n", r.weights[0], r.weights[1], r.weights[2]);
   CHECK(greatest(r.weights) < 0.99);
+}
+
+TEST(StartAdjustments, tracks_that_ended_still_tell_of_the_motion) {
+  Scene scene(69, 0.5, 50);
+  scene.omega = test::degree * Vec3(0.5, 2.0, 0.0);
+  const auto rate_sigma = [&](bool ended_count) {
+    auto start = std::make_unique<StartAdjustment>();
+    auto result = std::make_unique<StartAdjustment::Result>();
+    start->begin(scene.prior());
+    for (std::size_t i = ended_count ? 0 : 25; i < 50; ++i) scene.add(*start, i, 0.0);
+    for (int k = 1; k <= 30; ++k) {
+      scene.observe(*start, frame_s * k, 50, 3e-4);
+      start->improve(2);
+      if (k == 20) {
+        for (std::size_t i = 0; i < 25; ++i) start->end_track(scene.slots[i]);
+      }
+    }
+    CHECK(start->result(*result) == Status::ok);
+    CHECK_FALSE(start->has_track(scene.slots[3]));
+    return std::sqrt((result->covariance.block<3, 3>(6, 6).trace()));
+  };
+  CHECK(rate_sigma(true) < 0.9 * rate_sigma(false));
 }
 
 TEST(StartAdjustments, covariances_are_positive_definite) {
@@ -169,7 +204,7 @@ TEST(StartAdjustments, handles_that_are_not_its_own_are_ignored) {
   SlotHandle stale = scene.slots[0];
   --stale.generation;
   CHECK_FALSE(start->has_track(stale));
-  start->drop_track(stale);
+  start->end_track(stale);
   CHECK(start->has_track(scene.slots[0]));
 
   // A wild observation under a stale handle does not matter.
@@ -180,7 +215,7 @@ TEST(StartAdjustments, handles_that_are_not_its_own_are_ignored) {
   CHECK(start->result(with) == Status::ok);
   CHECK(with.theta.head<3>() == scene.c);
 
-  start->drop_track(scene.slots[0]);
+  start->end_track(scene.slots[0]);
   CHECK_FALSE(start->has_track(scene.slots[0]));
   scene.add(*start, 0, 0.0);
   start->begin(scene.prior());
@@ -192,10 +227,10 @@ TEST(StartAdjustments, a_prior_without_spread_has_no_result) {
   Scene scene(67, 0.5);
   for (int what = 0; what < 4; ++what) {
     StartAdjustment::Prior prior = scene.prior();
-    if (what == 0) prior.c_sigma_m = 0.0;
-    if (what == 1) prior.v_sigma_m_s = 0.0;
-    if (what == 2) prior.omega_sigma_rad_s = prior.rest_sigma_rad_s = 0.0;
-    if (what == 3) prior.angular_psd = 0.0;
+    if (what == 0) prior.motion.c_lateral_sigma_m = 0.0;
+    if (what == 1) prior.motion.v_sigma_m_s = 0.0;
+    if (what == 2) prior.motion.omega_sigma_rad_s = prior.rest_sigma_rad_s = 0.0;
+    if (what == 3) prior.motion.angular_psd = 0.0;
     auto start = std::make_unique<StartAdjustment>();
     start->begin(prior);
     for (std::size_t i = 0; i < scene.slots.size(); ++i) scene.add(*start, i, 0.0);
