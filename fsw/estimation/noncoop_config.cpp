@@ -19,12 +19,13 @@ NoncoopConfig NoncoopConfig::defaults(MotionKind motion) {
     c.rate_sigma_rad_s = 3.0 * deg;
     c.velocity_sigma_per_range = 0.05;
     c.acceleration_psd_per_range = 0.0005;
-    c.angular_psd = 0.015 * deg;
+    c.angular_psd = 0.02 * deg;
     c.start_angular_psd = 0.1 * deg;
     c.rest_sigma_rad_s = 0.15 * deg;
     c.relief_per_extent = 1.0;
     c.min_relief = 0.03;
-    c.feature_walk_px2_per_deg = 0.03;
+    c.pixel_sigma_px = 0.33;
+    c.feature_walk_px2_per_deg = 0.02;
     c.robust_sigma = 1.0;
   } else {
     c.rate_sigma_rad_s = 0.5;

@@ -33,7 +33,7 @@ struct NoncoopConfig {
   double gate_chi2 = 9.21;            ///< 99 %, two degrees of freedom
   double linearity_threshold = 0.04;  ///< L_d under which a feature becomes Euclidean (the paper's 0.1 is too early)
   int start_frames = 16;              ///< the start is adjusted over at least so many frames
-  double start_duration_s = 4.75;     ///< and at least this long; three times both if it is not decided by then
+  double start_duration_s = 5.25;     ///< and at least this long; three times both if it is not decided by then
   double start_angular_psd = 0.0;     ///< rad/s^1.5: how much the rate may change while the start is adjusted
   double start_pixel_sigma_px = 0.1;  ///< matching error over the start
   double rest_sigma_rad_s = 0.0;      ///< start rate of a target that hardly turns
