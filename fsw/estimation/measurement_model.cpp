@@ -12,6 +12,23 @@ Vec3 feature_direction_C(const PoseLinearisation& pose, const Feature& feature) 
   return pose.R_CT * (rho * feature.y.head<3>() + m) + rho * pose.t_CT;
 }
 
+Vec3 feature_point_T(const Feature& feature, double range_m, Mat<3, 6>& J) {
+  if (feature.size == 3) {
+    J.setZero();
+    J.block<3, 3>(0, 0).setIdentity();
+    return feature.y.head<3>();
+  }
+  Vec6 y = feature.y;
+  const double least_rho = 1e-3 / range_m;
+  if (!(y(5) > least_rho)) y(5) = least_rho;
+  return inverse_depth::point_T(y, J);
+}
+
+Vec3 feature_point_T(const Feature& feature, double range_m) {
+  Mat<3, 6> ignored;
+  return feature_point_T(feature, range_m, ignored);
+}
+
 Status predict_pixel(const CameraModel& camera, const PoseLinearisation& pose, const Feature& feature, Vec2& uv_px) {
   return camera.project(feature_direction_C(pose, feature), uv_px);
 }

@@ -16,6 +16,11 @@ struct PredictedImage {
 /// infinity): h_C = R_CT (rho (x y z) + m) + rho t_CT, or R_CT X + t_CT. Liu 2017 eq. (17), (18).
 [[nodiscard]] Vec3 feature_direction_C(const PoseLinearisation& pose, const Feature& feature);
 
+/// Point in T, and its dependence on the feature's block (Euclidean: the first three columns). An inverse depth under a
+/// thousandth of that of the start range, or beyond infinity, counts as that: very far.
+[[nodiscard]] Vec3 feature_point_T(const Feature& feature, double range_m, Mat<3, 6>& J);
+[[nodiscard]] Vec3 feature_point_T(const Feature& feature, double range_m);
+
 /// Pixel only. Status as CameraModel::project.
 Status predict_pixel(const CameraModel& camera, const PoseLinearisation& pose, const Feature& feature, Vec2& uv_px);
 

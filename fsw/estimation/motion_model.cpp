@@ -100,13 +100,15 @@ void RigidTargetMotion::turn(MotionState& state, double dt_s, Mat6& G) const {
   const double h = dt_s / steps;
   G.setIdentity();
   for (int i = 0; i < steps; ++i) {
-    // omega' = R_CT a(R_TC omega), a(w) = -J^-1 (w x J w): a half-step's error is of second order in h.
+    // omega' = R_CT a(R_TC omega), a(w) = -J^-1 (w x J w), one Euler step for the rate; the attitude turns by the mean of
+    // the rates before and after.
     const Mat3 R_CT = state.attitude.dcm();
     const Vec3 w_T = R_CT.transpose() * state.rate;
     const Vec3 momentum_T = J_T_ * w_T;
     const Vec3 a_C = -(R_CT * (J_inverse_T_ * w_T.cross(momentum_T)));
     const Mat3 da_dw_T = J_inverse_T_ * (cross_matrix(momentum_T) - cross_matrix(w_T) * J_T_);
     const Mat3 da_dw = R_CT * da_dw_T * R_CT.transpose();
+    // R_CT -> Exp(dphi) R_CT moves w_T by R_TC [omega x] dphi and turns a_C by dphi.
     const Mat3 da_dphi = da_dw * cross_matrix(state.rate) - cross_matrix(a_C);
     const Mat3 A = state.attitude.error_jacobian();
 

@@ -4,6 +4,7 @@
 
 #include "fsw/attitude/so3.hpp"
 #include "fsw/estimation/inverse_depth.hpp"
+#include "fsw/estimation/measurement_model.hpp"
 
 namespace relnav {
 namespace {
@@ -29,19 +30,6 @@ struct Neighbour {
 };
 using Neighbours = BoundedVector<Neighbour, DepthTerms::capacity()>;
 
-/// Point in T and its dependence on the feature's block. A ray that points beyond infinity counts as very far.
-Vec3 point_T(const Feature& f, double range_m, Mat<3, 6>& J) {
-  if (f.size == 3) {
-    J.setZero();
-    J.block<3, 3>(0, 0).setIdentity();
-    return f.y.head<3>();
-  }
-  Vec6 y = f.y;
-  const double least = 1e-3 / range_m;
-  if (!(y(5) > least)) y(5) = least;
-  return inverse_depth::point_T(y, J);
-}
-
 /// Nearest first.
 void insert(Neighbours& nearest, const Neighbour& n) {
   if (nearest.full()) {
@@ -62,8 +50,7 @@ Neighbours neighbours_of(const Vec2& uv_px, const CameraModel& camera, const Pos
   const double rad_per_px = 1.0 / camera.intrinsics().fu;
   for (const Feature& f : state.features()) {
     if (f.found < known_after) continue;
-    Mat<3, 6> ignored;
-    const Vec3 p_C = pose.R_CT * point_T(f, settings.range_m, ignored) + pose.t_CT;
+    const Vec3 p_C = pose.R_CT * feature_point_T(f, settings.range_m) + pose.t_CT;
     Vec2 uv_f_px;
     if (camera.project(p_C, uv_f_px) != Status::ok) continue;
     const double depth_m = p_C.norm();
@@ -93,7 +80,7 @@ Depth depth_among(const Neighbours& nearest, const PoseLinearisation& pose, cons
   for (std::size_t k = 0; k < nearest.size(); ++k) {
     const Feature& f = *nearest[k].feature;
     Mat<3, 6> J_point;
-    const Vec3 rotated_C = pose.R_CT * point_T(f, settings.range_m, J_point);
+    const Vec3 rotated_C = pose.R_CT * feature_point_T(f, settings.range_m, J_point);
     const Vec3 towards_C = (rotated_C + pose.t_CT) / nearest[k].depth_m;
     const double share = drho_ddepth * weight[k] / weights;
     d_pose.block<1, 3>(0, 0) += share * towards_C.transpose();
@@ -122,8 +109,7 @@ Depth depth_of_scene(const PoseLinearisation& pose, const FilterState& state, co
   double sum = 0.0;
   double count = 0.0;
   for (const Feature& f : state.features()) {
-    Mat<3, 6> ignored;
-    const double depth_m = (pose.R_CT * point_T(f, settings.range_m, ignored) + pose.t_CT).norm();
+    const double depth_m = (pose.R_CT * feature_point_T(f, settings.range_m) + pose.t_CT).norm();
     if (!(depth_m > 0.0) || depth_m > too_far * settings.range_m) continue;
     sum += 1.0 / depth_m;
     count += 1.0;

@@ -115,7 +115,7 @@ void NoncoopFilter::let_features_walk(double dt_s) {
   const double walk_rad = std::sqrt(config_.feature_walk_px2_per_deg * turned_deg) / camera_.intrinsics().fu;
   const PoseLinearisation pose = model().pose(state_.motion);
   for (std::size_t i = 0; i < state_.features().size(); ++i) {
-    const double distance_m = (pose.R_CT * euclidean_point_T(state_.features()[i]) + pose.t_CT).norm();
+    const double distance_m = (pose.R_CT * feature_point_T(state_.features()[i], config_.range_m) + pose.t_CT).norm();
     state_.loosen(i, walk_rad * distance_m);
   }
 }
@@ -130,7 +130,7 @@ void NoncoopFilter::predict_features(FeaturePredictions& predictions) {
     bool visible = predict_image(camera_, pose, f, predicted) == Status::ok;
     visible = visible && camera_.in_image(predicted.uv_px, image_margin_px);
     if (visible) {
-      const Vec3 X_T = euclidean_point_T(f);
+      const Vec3 X_T = feature_point_T(f, config_.range_m);
       const Vec3 before = X_T - f.r_TC0;
       const Vec3 now = X_T - r_TC;
       visible = before.dot(now) > min_cos_view_change * before.norm() * now.norm();
@@ -149,20 +149,12 @@ void NoncoopFilter::predict_features(FeaturePredictions& predictions) {
   }
 }
 
-Vec3 NoncoopFilter::euclidean_point_T(const Feature& f) const {
-  if (f.size == 3) return f.y.head<3>();
-  // A ray that points beyond infinity is treated as very far.
-  const double least = 1e-3 / config_.range_m;
-  const double rho = f.y(5) > least ? f.y(5) : least;
-  return f.y.head<3>() + inverse_depth::ray_T(f.y(3), f.y(4)) / rho;
-}
-
 Mat2 NoncoopFilter::appearance_warp(const Feature& f, const PoseLinearisation& pose) const {
   // Plane through the point, facing the camera of the first view: d X = s (J_ray - r n' J_ray / n' r) d uv0 with n || r.
   Vec3 ray_C0;
   Mat<3, 2> J_ray_uv;
   if (camera_.unproject(f.uv0_px, ray_C0, J_ray_uv) != Status::ok) return Mat2::Identity();
-  const Vec3 X_T = euclidean_point_T(f);
+  const Vec3 X_T = feature_point_T(f, config_.range_m);
   const double distance0 = (X_T - f.r_TC0).norm();
   const double scale = distance0 / ray_C0.norm();
   const Vec3 n = ray_C0.normalized();

@@ -58,7 +58,6 @@ class NoncoopFilter {
  private:
   [[nodiscard]] bool is_rigid() const { return config_.motion == MotionKind::rigid_target; }
   [[nodiscard]] const MotionModel& model() const;
-  [[nodiscard]] Vec3 euclidean_point_T(const Feature& feature) const;
   [[nodiscard]] Mat2 appearance_warp(const Feature& feature, const PoseLinearisation& pose) const;
   /// Features move over the target a little as it turns.
   void let_features_walk(double dt_s);

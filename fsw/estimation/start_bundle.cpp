@@ -148,9 +148,15 @@ void StartBundle::clamp_depth(std::size_t track, Vec3& p) const {
 
 // ---- cost ----
 
+Vec3 StartBundle::rotation_vector_C(const Theta& theta, double t_s) {
+  return t_s * theta.segment<3>(6) + (0.5 * t_s * t_s) * theta.segment<3>(9);
+}
+
+Vec3 StartBundle::centre_C(const Theta& theta, double t_s) { return theta.head<3>() + t_s * theta.segment<3>(3); }
+
 StartBundle::FrameMotion StartBundle::motion_at(const Theta& theta, double t_s) {
-  const Vec3 phi = t_s * theta.segment<3>(6) + (0.5 * t_s * t_s) * theta.segment<3>(9);
-  return {exp_so3(phi), left_jacobian_so3(phi), theta.head<3>() + t_s * theta.segment<3>(3)};
+  const Vec3 phi = rotation_vector_C(theta, t_s);
+  return {exp_so3(phi), left_jacobian_so3(phi), centre_C(theta, t_s)};
 }
 
 void StartBundle::frame_motions(const Theta& theta, std::array<FrameMotion, max_keyframes>& frames) const {
@@ -169,6 +175,12 @@ StartBundle::Theta StartBundle::prior_information(double omega_sigma_rad_s) cons
   return information;
 }
 
+StartBundle::Theta StartBundle::prior_error(const Theta& theta) const {
+  Theta error = -theta;
+  error.head<3>() += prior_.c_C;
+  return error;
+}
+
 Vec3 StartBundle::track_information(const Track& track) const {
   return {track.information(0), track.information(1), track.information(2) / used_tracks_};
 }
@@ -181,8 +193,7 @@ double StartBundle::log_prior_volume(double omega_sigma_rad_s) const {
 }
 
 double StartBundle::cost_of(const Theta& theta, const Points& p, double omega_sigma_rad_s) const {
-  Theta error = -theta;
-  error.head<3>() += prior_.c_C;
+  const Theta error = prior_error(theta);
   double cost = 0.5 * error.dot(prior_information(omega_sigma_rad_s).cwiseProduct(error));
   std::array<FrameMotion, max_keyframes> frames;
   frame_motions(theta, frames);
@@ -210,8 +221,7 @@ double StartBundle::cost_of(const Theta& theta, const Points& p, double omega_si
 
 void StartBundle::linearise(const Theta& theta, const Points& p, double omega_sigma_rad_s, Normal& out) const {
   const Theta information = prior_information(omega_sigma_rad_s);
-  Theta error = -theta;
-  error.head<3>() += prior_.c_C;
+  const Theta error = prior_error(theta);
   out.A.setZero();
   out.A.diagonal() = information;
   out.b = information.cwiseProduct(error);

@@ -46,6 +46,10 @@ class StartBundle {
     double cost = 0.0;
   };
 
+  /// The model's motion since the first frame: rotation vector of R_CT (rad) and centre (m), in C.
+  [[nodiscard]] static Vec3 rotation_vector_C(const Theta& theta, double t_s);
+  [[nodiscard]] static Vec3 centre_C(const Theta& theta, double t_s);
+
   void begin(const Prior& prior);
   [[nodiscard]] const Prior& prior() const { return prior_; }
   /// Follows a feature first seen at time t_s (from the first frame) at p = (x y rho); sigmas of x, y and of rho. Its index.
@@ -66,8 +70,7 @@ class StartBundle {
   [[nodiscard]] double span_s() const { return keyframes_ == 0 ? 0.0 : frame_t_s_[keyframes_ - 1]; }
   [[nodiscard]] std::uint32_t frames_seen() const { return frames_seen_; }
 
-  // Cost and equations for a hypothesis whose rate has the given prior sigma. Infinite where a point lies behind the camera
-  // or a depth leaves its bounds.
+  // Cost and equations for a hypothesis whose rate has the given prior sigma. Infinite where a point lies behind the camera.
   [[nodiscard]] double cost_of(const Theta& theta, const Points& p, double omega_sigma_rad_s) const;
   void linearise(const Theta& theta, const Points& p, double omega_sigma_rad_s, Normal& out) const;
   /// S = A - sum W H^-1 W' (lower triangle), b = b - sum W H^-1 g, diagonals raised by the factor 1 + damping.
@@ -103,6 +106,7 @@ class StartBundle {
   [[nodiscard]] static FrameMotion motion_at(const Theta& theta, double t_s);
   void frame_motions(const Theta& theta, std::array<FrameMotion, max_keyframes>& frames) const;
   [[nodiscard]] Theta prior_information(double omega_sigma_rad_s) const;
+  [[nodiscard]] Theta prior_error(const Theta& theta) const;
   [[nodiscard]] Vec3 track_information(const Track& track) const;
   [[nodiscard]] std::size_t observations_of(std::size_t track) const;
   [[nodiscard]] std::size_t free_track() const;

@@ -9,17 +9,13 @@ namespace {
 
 using Theta = StartAdjustment::Theta;
 
-Vec3 turned_by(const Theta& theta, double t_s) {
-  return t_s * theta.segment<3>(6) + (0.5 * t_s * t_s) * theta.segment<3>(9);
-}
-Vec3 centre_C(const Theta& theta, double t_s) { return theta.head<3>() + t_s * theta.segment<3>(3); }
 Vec3 rate_C(const Theta& theta, double t_s) { return theta.segment<3>(6) + t_s * theta.segment<3>(9); }
 
 /// Inverse-depth block of a track, with d y / d theta and the covariance that theta leaves.
 void restore_feature(const Theta& theta, const StartAdjustment::TrackResult& track, std::size_t index,
                      FilterState& state) {
-  const Vec3 phi = turned_by(theta, track.t_s);
-  const Vec3 t_CT = centre_C(theta, track.t_s);
+  const Vec3 phi = StartBundle::rotation_vector_C(theta, track.t_s);
+  const Vec3 t_CT = StartBundle::centre_C(theta, track.t_s);
   const Mat3 R_CT = exp_so3(phi);
   const Mat3 R_TC = R_CT.transpose();
   const Vec3 ray_C(track.p(0), track.p(1), 1.0);
@@ -59,8 +55,8 @@ void restore_feature(const Theta& theta, const StartAdjustment::TrackResult& tra
 
 void take_over_start(const StartAdjustment::Result& start, double now_s, AttitudeChartKind chart, FilterState& state) {
   const Theta& theta = start.theta;
-  const Vec3 phi = turned_by(theta, now_s);
-  MotionState motion = RigidTargetMotion().at_rest(chart, exp_so3(phi), centre_C(theta, now_s));
+  const Vec3 phi = StartBundle::rotation_vector_C(theta, now_s);
+  MotionState motion = RigidTargetMotion().at_rest(chart, exp_so3(phi), StartBundle::centre_C(theta, now_s));
   motion.velocity = theta.segment<3>(3);
   motion.rate = rate_C(theta, now_s);
 
@@ -86,7 +82,8 @@ void take_over_start(const StartAdjustment::Result& start, double now_s, Attitud
 void blend_start_hypotheses(const StartAdjustment::Result& start, double now_s, RelativeState& out) {
   const auto motion_of = [now_s](const Theta& theta) {
     Mat<12> m;  // t_CT, phi, v, omega
-    m << centre_C(theta, now_s), turned_by(theta, now_s), theta.segment<3>(3), rate_C(theta, now_s);
+    m << StartBundle::centre_C(theta, now_s), StartBundle::rotation_vector_C(theta, now_s), theta.segment<3>(3),
+        rate_C(theta, now_s);
     return m;
   };
   Mat<12> mean = Mat<12>::Zero();

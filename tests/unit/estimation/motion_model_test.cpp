@@ -32,25 +32,27 @@ void for_each_state(const Check& check) {
   }
 }
 
+void check_F(const MotionModel& model, const MotionState& at, double dt_s, const Vec3& camera_rate_C) {
+  Mat12 F;
+  Mat12 Q;
+  MotionState next = at;
+  model.propagate(next, dt_s, {}, camera_rate_C, F, Q);
+  CHECK(Q == Mat12::Zero());
+  const auto step = [&](const Mat<12>& dx) -> Mat<12> {
+    MotionState m = test::moved(at, dx);
+    Mat12 ignored[2];
+    model.propagate(m, dt_s, {}, camera_rate_C, ignored[0], ignored[1]);
+    return states_of(m);
+  };
+  CHECK((test::jacobian_error<12, 12>(F, step, Mat<12>::Zero()) < 2e-8));
+}
+
 TEST_GROUP(MotionModels){};
 
 TEST(MotionModels, F_is_the_jacobian_of_the_step) {
   for_each_state([](const MotionModel& model, const MotionState& at, test::Samples& samples) {
     const Vec3 camera_rate_C = &model == both_models[0] ? samples.matrix<3>(0.3) : Vec3(Vec3::Zero());
-    for (const double dt_s : {0.04, 1.0}) {
-      Mat12 F;
-      Mat12 Q;
-      MotionState next = at;
-      model.propagate(next, dt_s, {}, camera_rate_C, F, Q);
-      CHECK(Q == Mat12::Zero());
-      const auto step = [&](const Mat<12>& dx) -> Mat<12> {
-        MotionState m = test::moved(at, dx);
-        Mat12 ignored[2];
-        model.propagate(m, dt_s, {}, camera_rate_C, ignored[0], ignored[1]);
-        return states_of(m);
-      };
-      CHECK((test::jacobian_error<12, 12>(F, step, Mat<12>::Zero()) < 2e-8));
-    }
+    for (const double dt_s : {0.04, 1.0}) check_F(model, at, dt_s, camera_rate_C);
   });
 }
 
@@ -188,19 +190,7 @@ TEST(MotionModels, F_of_a_tumbling_target_is_the_jacobian_of_the_step) {
     for (const AttitudeChartKind chart : test::both_charts) {
       for (const double angle : test::attitude_angles) {
         for (const double dt_s : {0.04, 0.37}) {  // one step and eight
-          const MotionState at = samples.motion(chart, angle);
-          const Vec3 camera_rate_C = samples.matrix<3>(0.3);
-          Mat12 F;
-          Mat12 Q;
-          MotionState next = at;
-          tumbling.propagate(next, dt_s, {}, camera_rate_C, F, Q);
-          const auto step = [&](const Mat<12>& dx) -> Mat<12> {
-            MotionState m = test::moved(at, dx);
-            Mat12 ignored[2];
-            tumbling.propagate(m, dt_s, {}, camera_rate_C, ignored[0], ignored[1]);
-            return states_of(m);
-          };
-          CHECK((test::jacobian_error<12, 12>(F, step, Mat<12>::Zero()) < 2e-8));
+          check_F(tumbling, samples.motion(chart, angle), dt_s, samples.matrix<3>(0.3));
         }
       }
     }
