@@ -18,13 +18,15 @@ namespace relnav {
 namespace {
 
 #ifdef __SANITIZE_ADDRESS__
-constexpr bool statistics = false;  // the sanitizers watch two runs; fifty would take them minutes
-constexpr int seeds = 2;
+// The sanitizers watch one run a campaign, start and handover included; fifty whole ones would take them minutes.
+constexpr bool statistics = false;
+constexpr int seeds = 1;
+constexpr int frames = 90;
 #else
 constexpr bool statistics = true;
 constexpr int seeds = 50;
-#endif
 constexpr int frames = 300;
+#endif
 constexpr int parts = 6;
 constexpr double dt_s = 0.1;
 constexpr double noise_px = 0.3;
