@@ -1,9 +1,8 @@
 #!/usr/bin/env python3
 """Worst-case stack of the flight core, from the compiler's own call graph (-fstack-usage -fcallgraph-info=su,da).
 
-Builds fsw/ a second time with these flags, then: no recursion, no dynamic frame (alloca, variable arrays), no call to an
+The release build writes them beside its objects. No recursion, no dynamic frame (alloca, variable arrays), no call to an
 outside function and no indirect call that stack.txt does not name, and the bounds of stack.txt hold."""
-import os
 import pathlib
 import re
 import sys
@@ -170,18 +169,8 @@ def examine(functions, rules, report=None):
     return problems
 
 
-def build(folder):
-    """The flight core with call graphs, in a build folder of its own."""
-    environment = {key: value for key, value in os.environ.items() if "LAUNCHER" not in key}  # a cache would lose the .ci files
-    # Flags of the release build; only what the compiler writes beside the object files is added.
-    configure = ["cmake", "-S", common.ROOT, "-B", folder, "-G", "Ninja", "-DCMAKE_BUILD_TYPE=Release",
-                 "-DRELNAV_BUILD_HIL=OFF", "-DRELNAV_BUILD_TESTS=OFF", f"-DCMAKE_CXX_COMPILER={common.compiler()}",
-                 "-DCMAKE_CXX_FLAGS=-fstack-usage -fcallgraph-info=su,da"]
-    for command in (configure, ["cmake", "--build", folder, "-j2"]):
-        result = common.run(command, env=environment)
-        if result.returncode != 0:
-            raise SystemExit(result.stdout[-4000:] + "\nbuild with call graphs failed")
-    # Only what belongs to a source that still exists: the folder may be older than the tree.
+def call_graphs(folder):
+    """What the release build has written beside its object files, of sources that still exist."""
     objects = folder / "fsw" / "CMakeFiles"
     found = []
     for path in sorted(objects.rglob("*.ci")):
@@ -193,9 +182,10 @@ def build(folder):
 
 
 def on_tree(arguments):
-    files = build(arguments.build.resolve())
-    if not files:
-        return ["no call graph was written"]
+    files = call_graphs(arguments.build.resolve())
+    missing = len(common.sources(common.ROOT, ["fsw"], {".cpp"})) - len(files)
+    if missing:
+        return [f"{arguments.build}: {missing} sources of fsw/ without their call graph; build the preset `host` first"]
     functions = read_graph(files)
     report = {}
     problems = examine(functions, read_rules(arguments.rules), report)
@@ -257,7 +247,8 @@ SEEDS = [
 
 
 def add_arguments(parser):
-    parser.add_argument("--build", type=pathlib.Path, default=common.ROOT / "build/stack")
+    parser.add_argument("--build", type=pathlib.Path, default=common.ROOT / "build/host",
+                        help="build folder of the preset host")
     parser.add_argument("--rules", type=pathlib.Path, default=pathlib.Path(__file__).parent / "stack.txt")
 
 

@@ -215,7 +215,7 @@ TEST(MotionModels, a_tumbling_target_keeps_its_momentum_and_converges_with_the_s
         }
         return m;
       };
-      const MotionState fine = after_10_s(20000);
+      const MotionState fine = after_10_s(4000);
       const MotionState frames = after_10_s(100);
       const MotionState half = after_10_s(400);
       CHECK((momentum_C(inertia, frames) - before).norm() < 2e-3 * before.norm());
