@@ -25,7 +25,7 @@ NoncoopConfig NoncoopConfig::defaults(MotionKind motion) {
     c.relief_per_extent = 1.0;
     c.min_relief = 0.03;
     c.pixel_sigma_px = 0.33;
-    c.feature_walk_px2_per_deg = 0.02;
+    c.feature_walk_px2_per_deg = 0.015;
     c.robust_sigma = 1.0;
   } else {
     c.rate_sigma_rad_s = 0.5;

@@ -16,10 +16,10 @@ constexpr double least_damping = 1e-9;
 constexpr double most_damping = 1e6;
 constexpr double small_gain = 0.1;  ///< of the cost (half a chi-square)
 constexpr int steps_after_reseed = 3;
-constexpr std::uint32_t frames_between_reseeds = 8;
-constexpr std::size_t at_rest = 2;              ///< hypothesis that the target hardly turns
-constexpr double most_excess_energy = 50.0;     ///< beyond it a weight is zero
-constexpr double nearest_mirrored_depth = 0.3;  ///< over the mean depth
+constexpr std::uint32_t frames_between_reseeds = 8;  ///< before that in each: whichever settled first would be believed
+constexpr std::size_t at_rest = 2;                   ///< hypothesis that the target hardly turns
+constexpr double most_excess_energy = 50.0;          ///< beyond it a weight is zero
+constexpr double nearest_mirrored_depth = 0.3;       ///< over the mean depth
 constexpr double worst_energy = std::numeric_limits<double>::infinity();
 
 MatrixView view_of(Mat<12, 12>& m) { return {m.data(), 12, 12, 12}; }
@@ -125,7 +125,8 @@ void StartAdjustment::improve(int steps) {
       if (!step(h)) break;
     }
   }
-  if (bundle_.frames_seen() % frames_between_reseeds == 0) reseed();
+  const std::uint32_t frame = bundle_.frames_seen();
+  if (frame < frames_between_reseeds || frame % frames_between_reseeds == 0) reseed();
 }
 
 void StartAdjustment::take(const Hypothesis& best, const Mat12& L, Result& out) const {
