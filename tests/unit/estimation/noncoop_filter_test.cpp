@@ -173,6 +173,71 @@ TEST(NoncoopFilters, camera_motion_tracks_a_scene_at_rest) {
   }
 }
 
+/// Two filters in the same state, which `run` has reached, one of them with another configuration.
+struct Pair {
+  std::unique_ptr<NoncoopFilter> as_is;
+  std::unique_ptr<NoncoopFilter> changed;
+  Pair(test::FilterRun& run, const NoncoopConfig& config)
+      : as_is(std::make_unique<NoncoopFilter>(run.filter())), changed(std::make_unique<NoncoopFilter>(run.filter())) {
+    CHECK(changed->configure(config, test::sample_camera()) == Status::ok);
+  }
+  void predict(FeaturePredictions& predictions) {
+    const Time next = as_is->output().time + Duration{100'000'000};
+    CHECK(as_is->predict(next) == Status::ok);
+    CHECK(changed->predict(next) == Status::ok);
+    as_is->predict_features(predictions);
+  }
+};
+
+TEST(NoncoopFilters, features_walk_with_the_angle_turned) {
+  NoncoopConfig config = near_target();
+  test::FilterRun run(config, turning_at(Vec3(0.0, 3.0, 0.0)), 0.3, 5, 0.1);
+  for (int k = 0; k < 80; ++k) run.step();
+  config.feature_walk_px2_per_deg = 0.0;
+  Pair pair(run, config);
+  FeaturePredictions predictions;
+  pair.predict(predictions);
+  const double variance_px2 = near_target().feature_walk_px2_per_deg * 3.0 * 0.1;
+  int compared = 0;
+  for (const Feature& f : pair.as_is->state().features()) {
+    if (f.size != 3) continue;
+    const RelativeState out = pair.as_is->output();
+    const double distance_m = (out.R_CT * f.y.head<3>() + out.t_CT).norm();
+    const double expected = variance_px2 * (distance_m * distance_m) /
+                            (test::sample_camera().intrinsics().fu * test::sample_camera().intrinsics().fu);
+    for (int k = f.offset; k < f.offset + 3; ++k) {
+      const double grown = pair.as_is->state().P_at(k, k) - pair.changed->state().P_at(k, k);
+      DOUBLES_EQUAL(expected, grown, 0.05 * expected);
+    }
+    ++compared;
+  }
+  CHECK(compared > 10);
+}
+
+TEST(NoncoopFilters, a_match_that_deviates_counts_less) {
+  NoncoopConfig config = near_target();
+  test::FilterRun run(config, turning_at(Vec3(0.0, 2.0, 0.0)), 0.3, 6, 0.1);
+  for (int k = 0; k < 80; ++k) run.step();
+  config.robust_sigma = 0.0;
+  Pair pair(run, config);
+  FeaturePredictions predictions;
+  pair.predict(predictions);
+  const Vec3 before = pair.as_is->output().t_CT;
+  FeatureMatches matches;
+  FeatureMatch match;
+  match.slot = predictions[0].slot;
+  match.uv_px = predictions[0].uv_px + Vec2(1.5 * std::sqrt(predictions[0].S_px2(0, 0)), 0.0);
+  match.sigma_px = 0.1;
+  CHECK(matches.push_back(match) == Status::ok);
+  LONGS_EQUAL(1, pair.as_is->update(matches).inliers);
+  LONGS_EQUAL(1, pair.changed->update(matches).inliers);
+  const double with = (pair.as_is->output().t_CT - before).norm();
+  const double without = (pair.changed->output().t_CT - before).norm();
+  std::printf("  robust: moved %.2e m, else %.2e m\n", with, without);
+  CHECK(with > 0.0);
+  CHECK(with < 0.8 * without);
+}
+
 TEST(NoncoopFilters, same_seed_same_bits) {
   const auto run = [] {
     auto r = std::make_unique<test::FilterRun>(near_target(), turning_at(Vec3(0.5, 2.0, 0.0)), 0.3, 9, 0.1);

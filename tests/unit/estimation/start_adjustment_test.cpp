@@ -131,6 +131,25 @@ TEST(StartAdjustments, perspective_tells_a_target_from_its_mirror_image) {
   }
 }
 
+TEST(StartAdjustments, the_wrong_sign_is_not_believed_because_it_settled_first) {
+  for (const double bulge : {0.5, -0.5, 0.2, -0.2}) {
+    for (const double side : {1.0, -1.0}) {
+      Scene scene(66, bulge);
+      scene.c.z() = 8.0;
+      scene.half_extent = 0.11;
+      scene.omega = side * test::degree * Vec3(0.1, 2.0, 0.0);
+      for (int frames = 2; frames < 8; ++frames) {
+        const StartAdjustment::Result r = adjusted(scene, frames, 3e-4);
+        double wrong = 0.0;
+        for (std::size_t i = 0; i < r.weights.size(); ++i) {
+          if (r.thetas[i].segment<3>(6).dot(scene.omega) < 0.0) wrong += r.weights[i];
+        }
+        CHECK(wrong < 0.9);
+      }
+    }
+  }
+}
+
 TEST(StartAdjustments, a_target_at_rest_is_found_at_rest_and_its_rate_known) {
   const Scene scene(63, 0.5);
   const StartAdjustment::Result r = adjusted(scene, 60, 3e-4);
