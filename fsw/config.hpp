@@ -21,5 +21,10 @@ inline constexpr std::size_t motion_states = 12;                          ///< p
 inline constexpr std::size_t max_feature_states = 6;                      ///< inverse depth; 3 once Euclidean
 inline constexpr std::size_t max_states = motion_states + max_features * max_feature_states;
 inline constexpr std::size_t max_measurement_rows = 2 * max_features;
+inline constexpr std::size_t max_cameras = 2;
+inline constexpr std::size_t max_target_features = 64;  ///< of a cooperative target
+inline constexpr std::size_t max_target_lines = 64;
+inline constexpr std::size_t max_spots = 64;  ///< light spots of one frame
+inline constexpr std::size_t max_observations = max_cameras * max_target_features;
 
 }  // namespace relnav::config
