@@ -1,0 +1,115 @@
+#include "fsw/estimation/pose_least_squares.hpp"
+
+#include <cmath>
+
+#include "fsw/attitude/rodrigues.hpp"
+#include "fsw/estimation/pose_iteration.hpp"
+
+namespace relnav {
+namespace {
+
+/// Converged when a step improves chi-square by less than this: 1e-5 sigma, and the step after it would be far smaller.
+constexpr double converged_gain = 1e-10;
+constexpr double converged_step = 1e-14;
+constexpr double cost_slack = 1e-12;
+constexpr double least_pivot = 1e-13;
+
+class PixelRows {
+ public:
+  PixelRows(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations, double huber_sigma)
+      : rig_(rig), target_(target), observations_(observations), huber_sigma_(huber_sigma) {}
+
+  /// The i-th row is this observation.
+  void use(std::size_t observation) { index_[count_++] = static_cast<std::uint16_t>(observation); }
+  [[nodiscard]] std::size_t count() const { return count_; }
+
+  Status operator()(int i, const Mat3& R_CT, const Vec3& t_CT, PoseRow<double>& row) const {
+    const PoseObservation& o = observations_[index_[static_cast<std::size_t>(i)]];
+    row.X_r = R_CT * target_.features[o.feature].p_T;
+    const Vec3 p_C = row.X_r + t_CT;
+    const RigCamera& camera = rig_[o.camera];
+    Vec2 uv_px;
+    Mat23 J_uv_p;
+    if (o.camera == 0) {
+      const Status status = camera.model.project(p_C, uv_px, J_uv_p);
+      if (status != Status::ok) return status;
+      row.J = J_uv_p;
+    } else {
+      const Status status = camera.model.project(Vec3(camera.R_CkC0 * p_C + camera.t_CkC0), uv_px, J_uv_p);
+      if (status != Status::ok) return status;
+      row.J = J_uv_p * camera.R_CkC0;
+    }
+    double weight = 1.0 / o.sigma_px;
+    row.r = weight * (o.uv_px - uv_px);
+    row.extra_cost = 0.0;
+    if (huber_sigma_ > 0.0) {
+      const double e2 = row.r.squaredNorm();
+      if (e2 > huber_sigma_ * huber_sigma_) {
+        // Loss 2 k e - k^2, as a quadratic one with the weight k / e and a constant.
+        const double e = std::sqrt(e2);
+        const double share = std::sqrt(huber_sigma_ / e);
+        row.r *= share;
+        weight *= share;
+        row.extra_cost = huber_sigma_ * (e - huber_sigma_);
+      }
+    }
+    row.J *= weight;
+    return Status::ok;
+  }
+
+ private:
+  const CameraRig& rig_;
+  const TargetModel& target_;
+  const PoseObservations& observations_;
+  double huber_sigma_;
+  std::array<std::uint16_t, config::max_observations> index_{};
+  std::size_t count_ = 0;
+};
+
+[[nodiscard]] bool is_valid(const CameraRig& rig, const TargetModel& target, const PoseObservation& o) {
+  return o.camera < rig.size() && o.feature < target.features.size() && std::isfinite(o.sigma_px) && o.sigma_px > 0.0 &&
+         std::isfinite(o.uv_px(0)) && std::isfinite(o.uv_px(1));
+}
+
+}  // namespace
+
+Status solve_pose(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
+                  const ObservationMask& used, const Pose& start, const PoseSolverSettings& settings,
+                  PoseEstimate& out) {
+  PixelRows rows(rig, target, observations, settings.huber_sigma);
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (!used[i]) continue;
+    if (!is_valid(rig, target, observations[i])) return Status::invalid_argument;
+    rows.use(i);
+  }
+  PoseIteration<double> iteration;
+  const RodriguesChart chart = RodriguesChart::from_dcm(start.R_CT);
+  iteration.attitude = {chart.parameters(), chart.set_index()};
+  iteration.t = start.t_CT;
+  const IterationLimits<double> limits{settings.max_iterations, converged_gain, converged_step, cost_slack, least_pivot,
+                                       settings.switching};
+  const int count = static_cast<int>(rows.count());
+  const Status status = iteration.solve(count, rows, limits);
+  if (status != Status::ok) return status;
+  out.pose = {iteration.attitude.dcm(), iteration.t};
+  out.covariance = iteration.covariance();
+  out.chi2 = iteration.cost();
+  out.degrees_of_freedom = 2 * count - 6;
+  out.used = count;
+  out.iterations = iteration.iterations();
+  return Status::ok;
+}
+
+Status whitened_residual(const CameraRig& rig, const TargetModel& target, const PoseObservation& observation,
+                         const Pose& pose, Vec2& residual) {
+  if (!is_valid(rig, target, observation)) return Status::invalid_argument;
+  const Vec3 p_C = pose.R_CT * target.features[observation.feature].p_T + pose.t_CT;
+  const RigCamera& camera = rig[observation.camera];
+  Vec2 uv_px;
+  const Status status = camera.model.project(Vec3(camera.R_CkC0 * p_C + camera.t_CkC0), uv_px);
+  if (status != Status::ok) return status;
+  residual = (observation.uv_px - uv_px) / observation.sigma_px;
+  return Status::ok;
+}
+
+}  // namespace relnav

@@ -1,0 +1,116 @@
+#pragma once
+#include <array>
+#include <cstddef>
+
+#include <Eigen/Core>
+
+#include "fsw/base/status.hpp"
+
+namespace relnav {
+
+/// Normal equations of a small weighted least-squares problem, N unknowns, for any scalar. Rows come whitened.
+template <typename S, int N>
+class NormalEquations {
+  static constexpr std::size_t n = static_cast<std::size_t>(N);
+
+ public:
+  using Vector = Eigen::Matrix<S, N, 1>;
+  using Matrix = Eigen::Matrix<S, N, N>;
+
+  void clear() {
+    A_.fill(S(0));
+    b_.fill(S(0));
+    cost_ = S(0);
+  }
+  /// Adds the row `j` d = r.
+  void add(const std::array<S, n>& j, const S& r) {
+    std::size_t at = 0;
+    for (std::size_t c = 0; c < n; ++c) {
+      for (std::size_t k = c; k < n; ++k) A_[at++] += j[k] * j[c];
+      b_[c] += j[c] * r;
+    }
+    cost_ += r * r;
+  }
+  void add_cost(const S& cost) { cost_ += cost; }
+  /// Sum of the squared residuals, and of what was added.
+  [[nodiscard]] const S& cost() const { return cost_; }
+
+  /// Factorises A + damping diag(A) = L D L'. rank_deficient: a pivot is at most `least_pivot` of its diagonal element.
+  Status factorise(const S& damping, const S& least_pivot) {
+    std::size_t at = 0;
+    for (std::size_t c = 0; c < n; ++c) {
+      for (std::size_t r = c; r < n; ++r) L_[r][c] = A_[at++];
+      L_[c][c] += damping * L_[c][c];
+    }
+    for (std::size_t c = 0; c < n; ++c) {
+      const S diagonal = L_[c][c];
+      // Column by column to the left; L_[r][k] for k < c already holds L, scaled_[k] = D_k L_[c][k].
+      std::array<S, n> scaled;
+      S pivot = diagonal;
+      for (std::size_t k = 0; k < c; ++k) {
+        scaled[k] = D_[k] * L_[c][k];
+        pivot -= scaled[k] * L_[c][k];
+      }
+      if (!(pivot > least_pivot * diagonal)) return Status::rank_deficient;
+      D_[c] = pivot;
+      inverse_[c] = S(1) / pivot;
+      for (std::size_t r = c + 1; r < n; ++r) {
+        S sum = L_[r][c];
+        for (std::size_t k = 0; k < c; ++k) sum -= L_[r][k] * scaled[k];
+        L_[r][c] = sum * inverse_[c];
+      }
+    }
+    return Status::ok;
+  }
+  /// Of the factorised system. gain: d'b, by which half the cost falls in the quadratic model, times two.
+  [[nodiscard]] Vector solution(S& gain) const {
+    std::array<S, n> y;
+    gain = S(0);
+    for (std::size_t r = 0; r < n; ++r) {
+      S sum = b_[r];
+      for (std::size_t k = 0; k < r; ++k) sum -= L_[r][k] * y[k];
+      y[r] = sum;
+      gain += sum * sum * inverse_[r];
+    }
+    Vector d;
+    for (std::size_t i = n; i > 0; --i) {
+      const std::size_t r = i - 1;
+      S sum = y[r] * inverse_[r];
+      for (std::size_t k = i; k < n; ++k) sum -= L_[k][r] * d(static_cast<Eigen::Index>(k));
+      d(static_cast<Eigen::Index>(r)) = sum;
+    }
+    return d;
+  }
+  /// Of the factorised matrix: L^-T D^-1 L^-1, symmetric.
+  [[nodiscard]] Matrix inverse() const {
+    std::array<std::array<S, n>, n> M{};  // L^-1, unit lower triangle
+    for (std::size_t c = 0; c < n; ++c) {
+      M[c][c] = S(1);
+      for (std::size_t r = c + 1; r < n; ++r) {
+        S sum = -L_[r][c];
+        for (std::size_t k = c + 1; k < r; ++k) sum -= L_[r][k] * M[k][c];
+        M[r][c] = sum;
+      }
+    }
+    Matrix P;
+    for (std::size_t a = 0; a < n; ++a) {
+      for (std::size_t b = a; b < n; ++b) {
+        S sum(0);
+        for (std::size_t k = b; k < n; ++k) sum += M[k][a] * inverse_[k] * M[k][b];
+        P(static_cast<Eigen::Index>(a), static_cast<Eigen::Index>(b)) = sum;
+        P(static_cast<Eigen::Index>(b), static_cast<Eigen::Index>(a)) = sum;
+      }
+    }
+    return P;
+  }
+
+ private:
+  std::array<S, n*(n + 1) / 2> A_{};  ///< lower triangle, column by column
+  std::array<S, n> b_{};
+  std::array<std::array<S, n>, n> L_{};
+  std::array<S, n> D_{};
+  std::array<S, n> inverse_{};  ///< of D
+  S cost_{0};
+};
+
+}  // namespace relnav
