@@ -1,0 +1,35 @@
+#pragma once
+#include "fsw/geometry/camera_rig.hpp"
+#include "fsw/geometry/pose_observation.hpp"
+#include "fsw/geometry/target_model.hpp"
+
+namespace relnav {
+
+/// Features seen by both cameras of a rig, in T and triangulated in C0. Position in both arrays is the same.
+struct StereoPoints {
+  BoundedVector<std::uint16_t, config::max_target_features> feature;  ///< position in TargetModel::features
+  BoundedVector<Vec3, config::max_target_features> p_T;
+  BoundedVector<Vec3, config::max_target_features> p_C;
+};
+
+enum class MotorLines : std::uint8_t {
+  target,  ///< the target's own lines; if it has none: from each feature to the next (AB, BC, CD: the paper's)
+  all,     ///< every pair of features
+};
+
+/// Linear triangulation of each feature that both cameras see. invalid_argument: rig without two cameras, index outside;
+/// errors of CameraModel::unproject(). A feature whose rays are parallel is left out.
+Status triangulate_features(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
+                            StereoPoints& points);
+
+/// Chen, Chen, Wang 2015: motor from feature lines, two linear systems (rotor, then translator). A closed form that starts
+/// the maximum-likelihood solution; on its own 4 to 5 times less accurate, since depth counts like the image plane.
+/// too_few_features: fewer than 3 points; rank_deficient: the lines are parallel or the points lie on a line.
+Status solve_motor(const TargetModel& target, const StereoPoints& points, MotorLines lines, Pose& out);
+
+/// The paper's method of comparison: for triples (A, B, C) of neighbouring features the vectors AB, AC, AB x AC, unit length,
+/// one rotation for all of them; position: the mean of the points, hence right only for a layout centred on T's origin.
+/// Errors as solve_motor().
+Status solve_orthogonal(const StereoPoints& points, Pose& out);
+
+}  // namespace relnav
