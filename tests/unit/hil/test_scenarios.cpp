@@ -1,3 +1,4 @@
+#include <Eigen/LU>
 #include <algorithm>
 #include <cmath>
 
@@ -161,6 +162,33 @@ TEST(Table1Scenario, RangeStaysInItsBandAndTheCubeInTheImage) {
   for (std::size_t i = 0; i < scenario.truth.size(); ++i) {
     CHECK_EQUAL(visible_cube_vertices(2.0, scenario.truth[i]).size(), scenario.observations[i].rows.size());
   }
+}
+
+TEST(Table1Scenario, BoundOfThePoseIsThatOfAnIndependentReproduction) {
+  const Scenario scenario = table1_scenario(options(1.0, 0));
+  const CameraRig rig = camera_rig_of(scenario.cameras, {"cam0.yaml"});
+  Vec6 variance = Vec6::Zero();
+  for (std::size_t i = 0; i < scenario.truth.size(); ++i) {
+    Mat6 information = Mat6::Zero();
+    for (const ObservationRow& row : scenario.observations[i].rows) {
+      const Vec3 p_R = scenario.truth[i].R_CT * scenario.target.features[row.feature_id].p_T;
+      Vec2 uv_px;
+      Mat23 J_uv_p;
+      CHECK(rig[0].model.project(Vec3(p_R + scenario.truth[i].t_CT), uv_px, J_uv_p) == Status::ok);
+      Mat<2, 6> J;
+      J << J_uv_p, -J_uv_p * cross_matrix(p_R);
+      information += J.transpose() * J;
+    }
+    variance += information.inverse().diagonal() / static_cast<double>(scenario.truth.size());
+  }
+  // cooperative-mono.md, column CRLB, in body axes there: X_B = z_C, Y_B = x_C, Z_B = y_C.
+  const Vec6 sigma = variance.cwiseSqrt();
+  DOUBLES_EQUAL(0.093, sigma(2), 0.001);
+  DOUBLES_EQUAL(0.0016, sigma(0), 0.0001);
+  DOUBLES_EQUAL(0.0015, sigma(1), 0.0001);
+  DOUBLES_EQUAL(0.054, sigma(5) * degrees_per_radian, 0.001);
+  DOUBLES_EQUAL(0.084, sigma(3) * degrees_per_radian, 0.001);
+  DOUBLES_EQUAL(0.083, sigma(4) * degrees_per_radian, 0.001);
 }
 
 TEST(Table1Scenario, FilesReadBackWithTheNoiseThatIsStated) {
