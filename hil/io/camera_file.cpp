@@ -1,98 +1,20 @@
 #include "hil/io/camera_file.hpp"
 
-#include <yaml-cpp/yaml.h>
-
 #include <Eigen/LU>
 
 #include <cmath>
-#include <initializer_list>
-#include <optional>
 #include <vector>
 
 #include "hil/io/input_error.hpp"
 #include "hil/io/text.hpp"
+#include "hil/io/yaml_reader.hpp"
 
 namespace relnav::hil {
 namespace {
 
 constexpr double largest_side_px = 65535.0;
 
-int line_of(const YAML::Node& node) { return node.Mark().line + 1; }
-
-// One camera's node of a file, with the reading of values and the messages when they are not what they should be.
-class CameraNode {
- public:
-  CameraNode(std::string path, YAML::Node node) : path_(std::move(path)), node_(std::move(node)) {}
-
-  [[nodiscard]] YAML::Node find(std::initializer_list<const char*> keys) const {
-    for (const char* key : keys) {
-      if (const YAML::Node value = node_[key]; value) return value;
-    }
-    return YAML::Node(YAML::NodeType::Undefined);
-  }
-  [[nodiscard]] bool has(std::initializer_list<const char*> keys) const { return find(keys).IsDefined(); }
-
-  [[nodiscard]] YAML::Node require(std::initializer_list<const char*> keys, const char* expectation) const {
-    YAML::Node value = find(keys);
-    if (!value) throw InputError(path_, 0, std::string("missing key '") + *keys.begin() + "'", expectation);
-    return value;
-  }
-
-  [[noreturn]] void fail(const YAML::Node& at, const std::string& problem, const std::string& expectation) const {
-    const YAML::Node list = list_of(at);
-    throw InputError(path_, line_of(list ? list : at), problem, expectation);
-  }
-
-  [[nodiscard]] double number(const YAML::Node& node, const std::string& what) const {
-    if (!node.IsScalar()) fail(node, what + " is not a number", "a finite number");
-    std::string_view text = node.Scalar();
-    if (text.size() > 1 && text.back() == '.') text.remove_suffix(1);  // OpenCV writes "1."
-    const auto value = parse_double(text);
-    if (value && std::isfinite(*value)) return *value;
-    const bool not_finite = value.has_value() || text == ".nan" || text == ".NaN" || text == ".Nan" || text == ".NAN" ||
-                            text.find(".inf") != text.npos || text.find(".Inf") != text.npos;
-    fail(node, what + " is " + quoted(node.Scalar()) + (not_finite ? ", not finite" : ""), "a finite number");
-  }
-
-  /// Where the numbers of a matrix stand: `data` of a map, or the node itself.
-  [[nodiscard]] static YAML::Node list_of(const YAML::Node& node) { return node.IsMap() ? node["data"] : node; }
-
-  [[nodiscard]] std::vector<double> numbers(const YAML::Node& node, const std::string& what) const {
-    std::vector<double> values;
-    const YAML::Node list = list_of(node);
-    if (!list || !list.IsSequence()) fail(node, what + " is not a list", "a list of numbers");
-    for (const auto& item : list) {
-      if (item.IsSequence()) {  // Kalibr writes matrices as a list of rows
-        for (const auto& inner : item) values.push_back(number(inner, what));
-      } else {
-        values.push_back(number(item, what));
-      }
-    }
-    return values;
-  }
-
- private:
-  std::string path_;
-  YAML::Node node_;
-};
-
-std::string preprocess(std::string text) {
-  // OpenCV's directive "%YAML:1.0" is not YAML; blank it out and keep the line count.
-  if (text.rfind("%YAML", 0) == 0) {
-    for (std::size_t i = 0; i < text.size() && text[i] != '\n'; ++i) text[i] = ' ';
-  }
-  return text;
-}
-
-YAML::Node parse(const std::string& path) {
-  try {
-    return YAML::Load(preprocess(read_text(path)));
-  } catch (const YAML::ParserException& error) {
-    throw InputError(path, error.mark.line + 1, "not YAML: " + error.msg, "a camera file in YAML");
-  }
-}
-
-void read_intrinsics(const CameraNode& camera, CameraIntrinsics& c) {
+void read_intrinsics(const YamlReader& camera, CameraIntrinsics& c) {
   YAML::Node at = camera.find({"camera_matrix", "Camera_Matrix", "cameraMatrix", "K", "M1"});
   if (at) {
     const auto k = camera.numbers(at, "camera_matrix");
@@ -115,7 +37,7 @@ void read_intrinsics(const CameraNode& camera, CameraIntrinsics& c) {
   }
 }
 
-std::int32_t side(const CameraNode& camera, const YAML::Node& node, const std::string& what) {
+std::int32_t side(const YamlReader& camera, const YAML::Node& node, const std::string& what) {
   const double value = camera.number(node, what);
   if (!(value >= 1.0 && value <= largest_side_px) || value != std::floor(value)) {
     camera.fail(node, what + " is " + quoted(node.Scalar()), "a whole number of pixels from 1 to 65535");
@@ -123,7 +45,7 @@ std::int32_t side(const CameraNode& camera, const YAML::Node& node, const std::s
   return static_cast<std::int32_t>(value);
 }
 
-void read_resolution(const CameraNode& camera, CameraIntrinsics& c) {
+void read_resolution(const YamlReader& camera, CameraIntrinsics& c) {
   if (camera.has({"image_width", "image_Width", "imageWidth"})) {
     c.width_px = side(camera, camera.find({"image_width", "image_Width", "imageWidth"}), "image_width");
     c.height_px =
@@ -137,7 +59,7 @@ void read_resolution(const CameraNode& camera, CameraIntrinsics& c) {
   c.height_px = side(camera, at[1], "height");
 }
 
-DistortionModel distortion_model(const CameraNode& camera, const YAML::Node& at) {
+DistortionModel distortion_model(const YamlReader& camera, const YAML::Node& at) {
   const std::string name = at.IsScalar() ? at.Scalar() : "";
   if (name == "none") return DistortionModel::none;
   if (name == "radial-tangential" || name == "radtan" || name == "plumb_bob" || name == "rational_polynomial") {
@@ -149,7 +71,7 @@ DistortionModel distortion_model(const CameraNode& camera, const YAML::Node& at)
               "radial-tangential (radtan, plumb_bob), radial-inverse, equidistant or none");
 }
 
-void read_distortion(const CameraNode& camera, CameraIntrinsics& c, bool model_may_be_absent) {
+void read_distortion(const YamlReader& camera, CameraIntrinsics& c, bool model_may_be_absent) {
   if (camera.has({"distortion_model"}) || !model_may_be_absent) {
     c.model = distortion_model(
         camera, camera.require({"distortion_model"}, "radial-tangential, radial-inverse, equidistant or none"));
@@ -182,7 +104,7 @@ void read_distortion(const CameraNode& camera, CameraIntrinsics& c, bool model_m
   for (std::size_t i = 0; i < wanted; ++i) c.coefficients[i] = k[i];
 }
 
-Mat<4, 4> transform(const CameraNode& camera, const YAML::Node& at, const char* key) {
+Mat<4, 4> transform(const YamlReader& camera, const YAML::Node& at, const char* key) {
   const auto values = camera.numbers(at, key);
   if (values.size() != 16)
     camera.fail(at, std::string(key) + " has " + std::to_string(values.size()) + " numbers",
@@ -207,7 +129,7 @@ Mat<4, 4> inverse(const Mat<4, 4>& T) {
 }  // namespace
 
 CameraCalibration read_camera_file(const std::string& path, int index) {
-  YAML::Node root = parse(path);
+  YAML::Node root = load_yaml(path, "a camera file in YAML");
   if (!root.IsMap()) throw InputError(path, 0, "holds no keys", "a camera file in YAML (EuRoC, Kalibr, ROS or OpenCV)");
   const bool kalibr = root["cam0"].IsDefined();
   if (kalibr) {
@@ -216,7 +138,7 @@ CameraCalibration read_camera_file(const std::string& path, int index) {
     root.reset(YAML::Node(root[name]));
     if (!root.IsMap()) throw InputError(path, line_of(root), "'" + name + "' holds no keys", "the keys of a camera");
   }
-  const CameraNode camera(path, root);
+  const YamlReader camera(path, root);
   const bool ros_or_opencv = camera.has({"camera_matrix", "Camera_Matrix", "cameraMatrix", "K", "M1"});
   CameraCalibration c;
   const YAML::Node model =

@@ -1,7 +1,5 @@
 #include "hil/replay/flight_config_file.hpp"
 
-#include <yaml-cpp/yaml.h>
-
 #include <cmath>
 #include <functional>
 #include <limits>
@@ -9,6 +7,7 @@
 
 #include "hil/io/input_error.hpp"
 #include "hil/io/text.hpp"
+#include "hil/io/yaml_reader.hpp"
 
 namespace relnav::hil {
 namespace {
@@ -116,8 +115,6 @@ std::string names_of(const auto& map) {
   return names;
 }
 
-int line_of(const YAML::Node& node) { return node.Mark().line + 1; }
-
 void read_section(const std::string& path, const std::string& name, const YAML::Node& node, const Section& keys) {
   if (!node.IsMap())
     throw InputError(path, line_of(node), "section '" + name + "' holds no keys", "keys of " + names_of(keys));
@@ -141,12 +138,7 @@ void read_section(const std::string& path, const std::string& name, const YAML::
 
 void read_flight_config(const std::string& path, app::FlightLoopConfig& config) {
   const auto sections = sections_of(config);
-  YAML::Node root;
-  try {
-    root = YAML::Load(read_text(path));
-  } catch (const YAML::ParserException& error) {
-    throw InputError(path, error.mark.line + 1, "not YAML: " + error.msg, "a configuration in YAML");
-  }
+  const YAML::Node root = load_yaml(path, "a configuration in YAML");
   if (root.IsNull()) return;  // an empty file changes nothing
   if (!root.IsMap()) throw InputError(path, 0, "holds no sections", names_of(sections));
   for (const auto& entry : root) {

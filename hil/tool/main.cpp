@@ -11,6 +11,7 @@ int main(int argc, char** argv) {
   int exit_status = exit_done;
   add_replay_command(app, exit_status);
   add_evaluate_command(app, exit_status);
+  add_scenario_command(app, exit_status);
   add_tlm_command(app, exit_status);
   try {
     app.parse(argc, argv);

@@ -44,6 +44,13 @@ std::string message_of(Action action) {
   return {};
 }
 
+/// The text with the first `from`, which must be there, replaced.
+inline std::string replaced(std::string text, const std::string& from, const std::string& to) {
+  const std::size_t at = text.find(from);
+  if (at == std::string::npos) std::abort();
+  return text.replace(at, from.size(), to);
+}
+
 }  // namespace relnav::test
 
 /// The one-line message holds every piece.

@@ -5,6 +5,7 @@
 using namespace relnav;
 using namespace relnav::hil;
 using relnav::test::message_of;
+using relnav::test::replaced;
 using relnav::test::Scratch;
 
 namespace {
@@ -21,12 +22,6 @@ const std::string euroc =
     "intrinsics: [663.9, 664.6, 323.8, 235.2]  # fu, fv, cu, cv\n"        // 9
     "distortion_model: radial-tangential\n"                               // 10
     "distortion_coefficients: [-0.045, 0.03, -0.0004, 0.0006]\n";         // 11
-
-std::string replaced(std::string text, const std::string& from, const std::string& to) {
-  const std::size_t at = text.find(from);
-  if (at == std::string::npos) std::abort();
-  return text.replace(at, from.size(), to);
-}
 
 // yaml-cpp builds tables at first use and keeps them: let that happen before CppUTest watches for leaks.
 const bool yaml_tables_built = [] {
