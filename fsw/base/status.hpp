@@ -25,6 +25,8 @@ enum class [[nodiscard]] Status : std::uint8_t{
     not_finite,             ///< a NaN or infinity was met
     crc_mismatch,           ///< checksum over the received bytes is wrong
     unsupported,            ///< well formed, but not something this build can do
+  ambiguous,              ///< another answer explains the data as well
+  inconsistent,           ///< the data contradict each other or the model: chi-square alarm
 };
 
 /// Stable English identifier, for events and logs.
@@ -50,6 +52,8 @@ enum class [[nodiscard]] Status : std::uint8_t{
     case Status::not_finite: return "not_finite";
     case Status::crc_mismatch: return "crc_mismatch";
     case Status::unsupported: return "unsupported";
+    case Status::ambiguous: return "ambiguous";
+    case Status::inconsistent: return "inconsistent";
   }
   return "unknown";
 }

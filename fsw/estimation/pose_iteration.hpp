@@ -78,6 +78,14 @@ class PoseIteration {
     }
     return Status::no_convergence;
   }
+  /// Cost and covariance where attitude and t stand. rank_deficient, or what row_of says.
+  template <typename RowOf>
+  Status assess(int count, const RowOf& row_of, const S& least_pivot) {
+    iterations_ = 0;
+    if (count < 3) return Status::too_few_features;
+    const Status status = linearise(count, row_of);
+    return status == Status::ok ? equations_.factorise(S(0), least_pivot) : status;
+  }
   [[nodiscard]] int iterations() const { return iterations_; }
   /// Sum of squared whitened residuals at the last linearisation.
   [[nodiscard]] const S& cost() const { return equations_.cost(); }

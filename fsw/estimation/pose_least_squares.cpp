@@ -2,6 +2,7 @@
 
 #include <cmath>
 
+#include "fsw/attitude/quaternion.hpp"
 #include "fsw/attitude/rodrigues.hpp"
 #include "fsw/estimation/pose_iteration.hpp"
 
@@ -71,32 +72,66 @@ class PixelRows {
          std::isfinite(o.uv_px(0)) && std::isfinite(o.uv_px(1));
 }
 
-}  // namespace
-
-Status solve_pose(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
-                  const ObservationMask& used, const Pose& start, const PoseSolverSettings& settings,
-                  PoseEstimate& out) {
-  PixelRows rows(rig, target, observations, settings.huber_sigma);
+Status gather(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
+              const ObservationMask& used, PixelRows& rows) {
   for (std::size_t i = 0; i < observations.size(); ++i) {
     if (!used[i]) continue;
     if (!is_valid(rig, target, observations[i])) return Status::invalid_argument;
     rows.use(i);
   }
-  PoseIteration<double> iteration;
-  const RodriguesChart chart = RodriguesChart::from_dcm(start.R_CT);
-  iteration.attitude = {chart.parameters(), chart.set_index()};
-  iteration.t = start.t_CT;
-  const IterationLimits<double> limits{settings.max_iterations, converged_gain, converged_step, cost_slack, least_pivot,
-                                       settings.switching};
-  const int count = static_cast<int>(rows.count());
-  const Status status = iteration.solve(count, rows, limits);
-  if (status != Status::ok) return status;
+  return Status::ok;
+}
+
+GibbsSet<double> gibbs_set_of(const Mat3& R_CT, bool switching) {
+  if (switching) {
+    const RodriguesChart chart = RodriguesChart::from_dcm(R_CT);
+    return {chart.parameters(), chart.set_index()};
+  }
+  const Quaternion q = Quaternion::from_dcm(R_CT);
+  return {-q.vector() / q.w, 0};
+}
+
+void report(const PoseIteration<double>& iteration, int count, PoseEstimate& out) {
   out.pose = {iteration.attitude.dcm(), iteration.t};
   out.covariance = iteration.covariance();
   out.chi2 = iteration.cost();
   out.degrees_of_freedom = 2 * count - 6;
   out.used = count;
   out.iterations = iteration.iterations();
+}
+
+}  // namespace
+
+Status solve_pose(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
+                  const ObservationMask& used, const Pose& start, const PoseSolverSettings& settings,
+                  PoseEstimate& out) {
+  PixelRows rows(rig, target, observations, settings.huber_sigma);
+  Status status = gather(rig, target, observations, used, rows);
+  if (status != Status::ok) return status;
+  PoseIteration<double> iteration;
+  iteration.attitude = gibbs_set_of(start.R_CT, settings.switching);
+  iteration.t = start.t_CT;
+  const IterationLimits<double> limits{settings.max_iterations, converged_gain, converged_step,
+                                       cost_slack,              least_pivot,    settings.switching};
+  const int count = static_cast<int>(rows.count());
+  status = iteration.solve(count, rows, limits);
+  if (status != Status::ok) return status;
+  report(iteration, count, out);
+  return Status::ok;
+}
+
+Status assess_pose(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
+                   const ObservationMask& used, const Pose& pose, PoseEstimate& out) {
+  PixelRows rows(rig, target, observations, 0.0);
+  Status status = gather(rig, target, observations, used, rows);
+  if (status != Status::ok) return status;
+  PoseIteration<double> iteration;
+  iteration.attitude = gibbs_set_of(pose.R_CT, true);
+  iteration.t = pose.t_CT;
+  const int count = static_cast<int>(rows.count());
+  status = iteration.assess(count, rows, least_pivot);
+  if (status != Status::ok) return status;
+  report(iteration, count, out);
   return Status::ok;
 }
 

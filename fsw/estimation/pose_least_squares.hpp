@@ -26,6 +26,10 @@ Status solve_pose(const CameraRig& rig, const TargetModel& target, const PoseObs
                   const ObservationMask& used, const Pose& start, const PoseSolverSettings& settings,
                   PoseEstimate& out);
 
+/// Chi-square and covariance of a pose that was found otherwise, as if it were the optimum. Errors as solve_pose().
+Status assess_pose(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
+                   const ObservationMask& used, const Pose& pose, PoseEstimate& out);
+
 /// Whitened residual of an observation (observed minus predicted, over sigma). Errors as CameraModel::project().
 Status whitened_residual(const CameraRig& rig, const TargetModel& target, const PoseObservation& observation,
                          const Pose& pose, Vec2& residual);
