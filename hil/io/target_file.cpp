@@ -37,7 +37,7 @@ double metres_per_unit(const YamlReader& file) {
 std::uint16_t id_of(const YamlReader& file, const YAML::Node& at) {
   const auto value = at.IsScalar() ? parse_int64(at.Scalar()) : std::nullopt;
   if (!value || *value < 0 || *value > UINT16_MAX)
-    file.fail(at, "id " + (at.IsScalar() ? quoted(at.Scalar()) : "that is a list or map"),
+    file.fail(at, "id " + (at.IsScalar() ? quoted(at.Scalar()) : "that is no single value"),
               "a whole number from 0 to 65535");
   return static_cast<std::uint16_t>(*value);
 }

@@ -147,7 +147,7 @@ TEST(TargetFile, FeaturesNeedAnIdAndAPlace) {
   for (const char* bad : {"-1", "65536", "a", "1.5"})
     CHECK_MESSAGE_HOLDS(failure_with("id: 3", std::string("id: ") + bad),
                         "target.yaml:4: id '" + std::string(bad) + "' (expected a whole number from 0 to 65535)");
-  CHECK_MESSAGE_HOLDS(failure_with("id: 3", "id: [3]"), "target.yaml:4: id that is a list or map");
+  CHECK_MESSAGE_HOLDS(failure_with("id: 3", "id: [3]"), "target.yaml:4: id that is no single value");
   CHECK_MESSAGE_HOLDS(failure_with("{id: 3, ", "{"), "target.yaml:4: a feature without id (expected {id: 0, xyz");
   CHECK_MESSAGE_HOLDS(failure_with("xyz: [0, -0.5, 0], ", ""), "target.yaml:4: no xyz of feature 3 (expected {id");
   CHECK_MESSAGE_HOLDS(failure_with("{id: 7, xyz: [-0.5, 0, 0.25]}", "[7, 0, 0]"),
