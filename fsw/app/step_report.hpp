@@ -5,6 +5,7 @@
 #include "fsw/base/status.hpp"
 #include "fsw/config.hpp"
 #include "fsw/estimation/relative_state.hpp"
+#include "fsw/telemetry/packets.hpp"
 
 namespace relnav::app {
 
@@ -55,6 +56,7 @@ struct StepReport {
   Status status = Status::no_data;  ///< ok: a frame was processed and `state` is valid
   Mode mode = Mode::standby;
   RelativeState state;
+  telemetry::Estimator estimator = telemetry::Estimator::inverse_depth_ekf;  ///< that made `state`
   std::uint32_t reset_counter = 0;
   std::uint16_t features = 0;  ///< in the state
   std::uint16_t matched = 0;

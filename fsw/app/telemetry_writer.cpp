@@ -64,7 +64,7 @@ void TelemetryWriter::send_state(const StepReport& report, const FrameStamp& sta
   p.reset_counter = static_cast<std::uint16_t>(report.reset_counter & 0xFFFFU);
   if (validity.estimate) {
     const RelativeState& s = report.state;
-    p.estimator = static_cast<std::uint8_t>(telemetry::Estimator::inverse_depth_ekf);
+    p.estimator = static_cast<std::uint8_t>(report.estimator);
     p.quality = quality_of(report);
     p.valid_flags = telemetry::valid::pose | telemetry::valid::velocity | telemetry::valid::rate;
     if (validity.scale_known) p.valid_flags |= telemetry::valid::scale;

@@ -7,7 +7,7 @@ namespace relnav::hil {
 
 using Json = nlohmann::ordered_json;
 
-std::optional<Evaluation> evaluate_run(const RunHistory& history, const Trajectory& truth) {
+std::optional<Evaluation> evaluate_run(const RunHistory& history, const Trajectory& truth, AlignMode align) {
   Trajectory estimate;
   std::vector<TimedCovariance> covariances;
   for (const FrameRecord& r : history.frames) {
@@ -17,7 +17,7 @@ std::optional<Evaluation> evaluate_run(const RunHistory& history, const Trajecto
     covariances.push_back({r.state.time, r.state.pose_covariance});
   }
   if (estimate.empty() || truth.empty() || associate(truth, estimate).pairs.empty()) return std::nullopt;
-  return evaluate(truth, estimate, &covariances, AlignMode::start);
+  return evaluate(truth, estimate, &covariances, align);
 }
 
 TimeFigures time_figures(const RunHistory& history) {
@@ -35,9 +35,12 @@ std::string summary_json(const RunDescription& d, const ReplayOutcome& outcome, 
   Json json;
   json["dataset"] = d.dataset;
   json["mode"] = d.mode;
-  json["motion"] = d.motion;
-  json["range_m"] = d.range_m;
-  json["range_sigma_m"] = d.range_sigma_m;
+  if (!d.target.empty()) json["target"] = d.target;
+  if (!d.motion.empty()) {
+    json["motion"] = d.motion;
+    json["range_m"] = d.range_m;
+    json["range_sigma_m"] = d.range_sigma_m;
+  }
   if (!d.config.empty()) json["config"] = d.config;
   json["exit_status"] = exit_status_of(outcome);
   json["problem"] = outcome.problem.empty() ? Json(nullptr) : Json(outcome.problem);

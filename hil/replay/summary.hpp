@@ -11,7 +11,8 @@ namespace relnav::hil {
 struct RunDescription {
   std::string dataset;
   std::string mode;
-  std::string motion;
+  std::string target;  ///< file, cooperative modes
+  std::string motion;  ///< noncoop; empty else
   std::string config;
   double range_m = 0.0;
   double range_sigma_m = 0.0;
@@ -20,8 +21,9 @@ struct RunDescription {
   std::uint32_t height_px = 0;
 };
 
-/// Against SEQ/truth.tum, aligned to the start. Nothing without poses or without an epoch in common.
-[[nodiscard]] std::optional<Evaluation> evaluate_run(const RunHistory& history, const Trajectory& truth);
+/// Against the truth: `start` for a free target frame, `none` for one that is known. Nothing without poses or without an epoch in
+/// common.
+[[nodiscard]] std::optional<Evaluation> evaluate_run(const RunHistory& history, const Trajectory& truth, AlignMode align);
 
 struct TimeFigures {
   double median_us = 0.0, p95_us = 0.0, max_us = 0.0;

@@ -67,7 +67,7 @@ RunDescription description_of(const Options& o, const FlightSetup& setup, std::s
 
 void write_results(const Options& o, const RunDescription& description, const ReplayOutcome& outcome,
                    const RunHistory& history, const Trajectory& truth) {
-  const auto evaluation = evaluate_run(history, truth);
+  const auto evaluation = evaluate_run(history, truth, AlignMode::start);
   const Evaluation* judged = evaluation ? &*evaluation : nullptr;
   OutputFile(o.out + "/summary.json").write(summary_json(description, outcome, history, judged));
   OutputFile(o.out + "/report.html").write(report_html(description, outcome, history, judged, &truth));

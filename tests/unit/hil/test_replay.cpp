@@ -222,7 +222,7 @@ TEST(Replay, SummaryAndReportHoldTheRun) {
   const ReplayOutcome outcome = run(camera, loop);
   Trajectory truth;
   for (const FrameRecord& r : history.frames) truth.push_back({r.state.time, r.state.t_CT * 2.0, r.state.R_CT});
-  const auto evaluation = evaluate_run(history, truth);
+  const auto evaluation = evaluate_run(history, truth, AlignMode::start);
   CHECK(evaluation.has_value());
   DOUBLES_EQUAL(2.0, evaluation->body_point->scale, 1e-9);
   RunDescription description;
@@ -251,7 +251,7 @@ TEST(Replay, ReportOfARunWithoutPosesIsComplete) {
   loop.finds_target = false;
   const ReplayOutcome outcome = run(camera, loop);
   const Trajectory truth{{Time{100'000'000}, Vec3(0, 0, 1), Mat3::Identity()}};
-  CHECK(!evaluate_run(history, truth).has_value());
+  CHECK(!evaluate_run(history, truth, AlignMode::start).has_value());
   CHECK(report_html({}, outcome, history, nullptr, &truth).find("</html>") != std::string::npos);
   CHECK(report_html({}, {}, {}, nullptr, nullptr).find("</html>") != std::string::npos);
 }

@@ -1,0 +1,46 @@
+#pragma once
+#include "fsw/base/time.hpp"
+#include "fsw/estimation/motion_model.hpp"
+#include "fsw/estimation/relative_state.hpp"
+#include "fsw/geometry/pose_observation.hpp"
+
+namespace relnav {
+
+struct PoseFilterConfig {
+  double velocity_sigma_m_s = 0.5;           ///< of the start velocity, each axis
+  double rate_sigma_rad_s = 0.2;             ///< of the start rate
+  ProcessNoise noise{0.01, 0.01};            ///< m/s^1.5, rad/s^1.5
+  double gate_chi2 = 35.9;                   ///< six degrees of freedom, 3e-6: a pose beyond contradicts the motion
+};
+
+/// Velocity and rate from solved poses: Kalman filter over the rigid-target motion model, poses with their covariances as
+/// measurements. Between frames it says where the target should be.
+class PoseFilter {
+ public:
+  void configure(const PoseFilterConfig& config) { config_ = config; }
+  [[nodiscard]] bool has_started() const { return started_; }
+  void restart() { started_ = false; }
+  void start(Time time, const PoseEstimate& measured);
+  /// out_of_order: time does not advance; not_configured: not started.
+  Status predict(Time time);
+  /// inconsistent: the pose lies outside of the gate and was not used; not_positive_definite.
+  Status update(const PoseEstimate& measured);
+
+  /// Where the target is by the filter.
+  [[nodiscard]] Pose pose() const;
+  [[nodiscard]] Mat6 pose_covariance() const;
+  /// Normalised innovation squared of the latest update, 6 degrees of freedom.
+  [[nodiscard]] double nis() const { return nis_; }
+  [[nodiscard]] RelativeState output() const;
+
+ private:
+  PoseFilterConfig config_;
+  RigidTargetMotion model_;
+  MotionState state_;
+  Mat12 P_ = Mat12::Identity();
+  Time time_;
+  double nis_ = 0.0;
+  bool started_ = false;
+};
+
+}  // namespace relnav
