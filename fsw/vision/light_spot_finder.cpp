@@ -73,7 +73,8 @@ void LightSpotFinder::fit_candidates(const GreyImageView<Pixel>& image, LightSpo
   for (const SpotCandidate& candidate : candidates_.kept()) {
     const SpotSeed seed{candidate.uv_px, static_cast<double>(candidate.area_px), candidate.peak_dn};
     SpotFit fit;
-    if (fit_spot(image, settings_, seed, fit) != Status::ok || fit.misfit > settings_.max_misfit) {
+    if (fit_spot(image, settings_, seed, fit) != Status::ok || fit.misfit > settings_.max_misfit ||
+        fit.support < settings_.min_support) {
       ++report.misfits;
       continue;
     }

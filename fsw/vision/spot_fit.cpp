@@ -12,8 +12,15 @@ namespace {
 
 constexpr int max_iterations = 10;
 constexpr int max_half_px = 14;         // of the window
-constexpr double profile_error = 0.03;  // of the level of the spot
-constexpr double reach_sigmas = 3.0;    // of the window beyond the spot
+constexpr double profile_error = 0.02;  // of the level of the spot
+constexpr double least_reach = 1.5;     // of the window beyond the spot, in point spreads, among other lights
+constexpr double ring_reach = 3.0;      // of the ring
+constexpr double added_reach = 1.0;     // on a dark background
+constexpr double clutter_weight = 0.3;  // of the variance of the ring in that of a pixel
+// Normalised square residual at which the trust in a pixel has fallen to a quarter: at least, and at most in the first
+// iterations and the later ones. Neighbours are let go of slowly, lest a start off the middle settle between two lights.
+constexpr double least_scale = 9.0;
+constexpr std::array<double, 4> first_scales{320.0, 80.0, 40.0, 20.0};
 constexpr double converged_px = 1e-3;
 constexpr std::size_t parameters = 5;  // u, v, amplitude, half width, background
 using Vec5 = std::array<double, parameters>;
@@ -75,7 +82,10 @@ class Fit {
   [[nodiscard]] Status run(SpotFit& fit) {
     const double s = settings_.psf_sigma_px;
     const double radius = std::sqrt(seed_.area_px / 3.14159265358979);
-    ring_ = measure_ring(radius + reach_sigmas * s);
+    ring_ = measure_ring(radius + ring_reach * s);
+    clutter_variance_ = clutter_weight * squared(ring_.scatter);
+    const double noise = std::sqrt(noise_variance(ring_.level));
+    reach_px_ = s * (least_reach + added_reach * noise / (noise + ring_.scatter));
     if (!(seed_.peak_dn > ring_.level + 1.0)) return Status::no_convergence;
     const double room = settings_.full_scale_dn - ring_.level;
     x_ = {seed_.uv_px(0), seed_.uv_px(1), 0.0, std::max(radius, 0.7 * s), ring_.level};
@@ -86,7 +96,7 @@ class Fit {
     scale_ = squared(4.0);
     for (int i = 0; i < max_iterations && !converged; ++i) {
       Normal normal;
-      accumulate(normal);
+      accumulate(normal, first_scales[std::min(static_cast<std::size_t>(i), first_scales.size() - 1)]);
       if (used_ < 6.0) return Status::rank_deficient;
       // Far from the solution, or behind saturation, amplitude and width hardly differ.
       normal.matrix[2][2] *= 1.02;
@@ -116,6 +126,7 @@ class Fit {
     double residual = 0.0;
     double variance = 0.0;  // of the noise
     double weight = 0.0;
+    double trust = 0.0;  // of this, against outliers
     bool censored = false;
     Vec5 row{};
   };
@@ -169,15 +180,18 @@ class Fit {
     model.variance = noise_variance(x_[4] + spot);
     const double outward = -amplitude * profile.by_radius / r;
     model.row = {outward * du, outward * dv, profile.level, amplitude * profile.by_width, 1.0};
-    const double allowed = model.variance + squared(profile_error * std::min(spot, settings_.full_scale_dn));
+    const double allowed =
+        model.variance + clutter_variance_ + squared(profile_error * std::min(spot, settings_.full_scale_dn));
     const double normalised = squared(model.residual) / allowed;
-    model.weight = model.censored ? 0.0 : squared(scale_ / (scale_ + normalised)) / allowed;
+    // Other lights only add: what is darker than the model is believed.
+    model.trust = model.residual > 0.0 ? squared(scale_ / (scale_ + normalised)) : 1.0;
+    model.weight = model.censored ? 0.0 : model.trust / allowed;
     return true;
   }
 
   template <typename Visit>
   void for_each(Visit&& visit) const {
-    const double reach = std::min(x_[3] + reach_sigmas * settings_.psf_sigma_px, static_cast<double>(max_half_px));
+    const double reach = std::min(x_[3] + reach_px_, static_cast<double>(max_half_px));
     const int half = static_cast<int>(reach) + 1;
     const int uc = static_cast<int>(x_[0] + 0.5);
     const int vc = static_cast<int>(x_[1] + 0.5);
@@ -190,14 +204,15 @@ class Fit {
   }
 
   /// Normal equations at the present model, with the background's prior; sets the scale of outliers for the next.
-  void accumulate(Normal& normal) {
+  void accumulate(Normal& normal, double most) {
     double sum = 0.0;
     double weights = 0.0;
     used_ = 0.0;
     for_each([&](const Model& model) {
       if (model.censored) return;
       normal.add(model.row, model.residual, model.weight);
-      const double allowed = model.variance + squared(profile_error * std::max(model.level - x_[4], 0.0));
+      const double allowed =
+          model.variance + clutter_variance_ + squared(profile_error * std::max(model.level - x_[4], 0.0));
       sum += model.weight * squared(model.residual);
       weights += model.weight * allowed;
       used_ += 1.0;
@@ -205,12 +220,12 @@ class Fit {
     const Vec5 background{0.0, 0.0, 0.0, 0.0, 1.0};
     const double variance = squared(ring_.scatter) + noise_variance(ring_.level);
     normal.add(background, ring_.level - x_[4], 1.0 / variance);
-    if (weights > 0.0) scale_ = std::clamp(9.0 * sum / weights, squared(3.0), squared(30.0));
+    if (weights > 0.0) scale_ = std::clamp(9.0 * sum / weights, least_scale, most);
   }
 
   [[nodiscard]] Status finish(SpotFit& fit) {
     Normal normal;
-    accumulate(normal);
+    accumulate(normal, first_scales.back());
     if (used_ < 6.0 || !normal.factorise()) return Status::rank_deficient;
     const Vec5 along_u = normal.solve({1.0, 0.0, 0.0, 0.0, 0.0});
     const Vec5 along_v = normal.solve({0.0, 1.0, 0.0, 0.0, 0.0});
@@ -218,6 +233,7 @@ class Fit {
     double seen = 0.0;
     double squares = 0.0;
     double signal = 0.0;
+    double full = 0.0;
     double flux = 0.0;
     for_each([&](const Model& model) {
       flux += std::max(model.level - x_[4], 0.0);
@@ -232,8 +248,9 @@ class Fit {
       noise += leverage * model.variance;
       seen += leverage * squared(model.residual);
       const double gradient = squared(model.row[0]) + squared(model.row[1]);
-      squares += gradient * squared(model.residual);
-      signal += gradient;
+      squares += gradient * model.trust * squared(model.residual);
+      signal += gradient * model.trust;
+      full += gradient;
     });
     const double height = std::min(x_[2] * spot_profile(0.0, x_[3], inverse_s_).level, settings_.full_scale_dn - x_[4]);
     fit.uv_px = Vec2(x_[0], x_[1]);
@@ -246,6 +263,7 @@ class Fit {
     const double excess = std::max(seen - 2.0 * noise, 0.0);
     fit.sigma_px =
         std::sqrt(0.5 * noise + 0.5 * squared(settings_.sigma_clutter) * excess + squared(settings_.sigma_floor_px));
+    fit.support = full > 0.0 ? signal / full : 0.0;
     const bool bright = height >= 0.5 * settings_.min_contrast * settings_.full_scale_dn;
     return bright ? Status::ok : Status::no_convergence;
   }
@@ -255,6 +273,8 @@ class Fit {
   const SpotSeed& seed_;
   double inverse_s_;
   Ring ring_{};
+  double clutter_variance_ = 0.0;
+  double reach_px_ = 0.0;
   Vec5 x_{};
   double scale_ = 1.0;  // normalised square residual at which the weight has fallen to a quarter
   double used_ = 0.0;   // pixels

@@ -103,6 +103,7 @@ std::int32_t SpotRegions::scan(const GreyImageView<Pixel>& image, const PixelReg
           run.u0_px = static_cast<std::uint16_t>(u + from);
           run.v_px = static_cast<std::uint16_t>(v);
           run.level_dn = level;
+          run.first_level_dn = level;
           open = true;
         }
         bits = ~bits & 0xFFFFU & (0xFFFFU << static_cast<unsigned>(from));
@@ -187,6 +188,7 @@ void SpotRegions::measure(const GreyImageView<Pixel>& image, const SpotSettings&
     region.area += run.u1_px - run.u0_px;
     region.flux += static_cast<double>(flux);
     region.flux_u += static_cast<double>(flux_u);
+    region.total += static_cast<double>(flux) + n * (run.level_dn - run.first_level_dn);
     region.flux_v += static_cast<double>(flux) * v;
     region.u += n * middle;
     region.v += n * v;
@@ -211,7 +213,7 @@ bool SpotRegions::judge(const SpotSettings& settings, bool last, SpotCandidates&
     if (good && (region.level_dn >= final_level * region.peak_dn || !room)) {
       SpotCandidate candidate;
       candidate.uv_px = Vec2(region.u0_px + region.flux_u / region.flux, region.v0_px + region.flux_v / region.flux);
-      candidate.flux_dn = region.flux;
+      candidate.flux_dn = region.total;
       candidate.peak_dn = region.peak_dn;
       candidate.area_px = region.area;
       candidate.saturated_px = region.saturated;
@@ -235,7 +237,7 @@ void SpotRegions::split(const GreyImageView<Pixel>& image, RegionCounts& counts)
     const std::uint16_t level = run.parent == no_region ? std::uint16_t{0} : regions_[run.parent].next_level_dn;
     if (level == 0) continue;
     const Pixel* line = image.at(0, run.v_px);
-    Run part{0, 0, run.v_px, level, 0};
+    Run part{0, 0, run.v_px, level, run.first_level_dn, 0};
     bool open = false;
     for (int u = run.u0_px; u <= run.u1_px; ++u) {
       const bool bright = u < run.u1_px && line[u] > level;

@@ -8,7 +8,7 @@ struct SpotSettings {
   double full_scale_dn = 255.0;      ///< largest level; from here on a pixel counts as saturated
   double gain_electrons_dn = 150.0;  ///< electrons a DN
   double read_noise_dn = 0.4;        ///< 1 sigma
-  double psf_sigma_px = 0.8;         ///< of the narrowest image of a point, integration over the pixel included
+  double psf_sigma_px = 0.75;        ///< of the narrowest image of a point, integration over the pixel included
 
   double min_contrast = 0.1;     ///< of a spot's brightest pixel over the background, of full scale
   double noise_factor = 6.0;     ///< of a spot over the background, in sigmas of noise
@@ -18,6 +18,7 @@ struct SpotSettings {
   double max_elongation = 1.8;   ///< ratio of the axes of the region's second moments
   double min_fill = 0.75;        ///< area over the area of the ellipse of the same second moments
   double max_misfit = 0.2;       ///< rms residual of the fit over the level of the spot
+  double min_support = 0.4;      ///< part of the flank that the fit explains
   double sigma_floor_px = 0.02;  ///< what the model of the spot itself does not explain
   double sigma_clutter = 2.0;    ///< weight of the residuals that noise does not explain; they are not independent
 
