@@ -259,11 +259,12 @@ class Fit {
     fit.amplitude_dn = x_[2];
     fit.half_width_px = x_[3];
     fit.misfit = signal > 0.0 && height > 0.0 ? std::sqrt(squares / signal) / height : 1.0;
-    // Residuals scatter by chance too: only what is beyond twice the noise counts.
-    const double excess = std::max(seen - 2.0 * noise, 0.0);
+    fit.support = full > 0.0 ? signal / full : 0.0;
+    // Residuals scatter by chance too: only what is beyond twice the noise counts. Where other lights cover part of the
+    // flank, what is left of it is pulled as well; the fourth power is measured on two rendered sequences.
+    const double excess = std::max(seen - 2.0 * noise, 0.0) / squared(squared(std::max(fit.support, 0.1)));
     fit.sigma_px =
         std::sqrt(0.5 * noise + 0.5 * squared(settings_.sigma_clutter) * excess + squared(settings_.sigma_floor_px));
-    fit.support = full > 0.0 ? signal / full : 0.0;
     const bool bright = height >= 0.5 * settings_.min_contrast * settings_.full_scale_dn;
     return bright ? Status::ok : Status::no_convergence;
   }

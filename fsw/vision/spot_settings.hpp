@@ -20,7 +20,7 @@ struct SpotSettings {
   double max_misfit = 0.2;       ///< rms residual of the fit over the level of the spot
   double min_support = 0.4;      ///< part of the flank that the fit explains
   double sigma_floor_px = 0.02;  ///< what the model of the spot itself does not explain
-  double sigma_clutter = 2.0;    ///< weight of the residuals that noise does not explain; they are not independent
+  double sigma_clutter = 2.5;    ///< weight of the residuals that noise does not explain; they are not independent
 
   [[nodiscard]] Status check() const {
     const bool camera =
