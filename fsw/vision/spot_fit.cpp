@@ -10,12 +10,14 @@
 namespace relnav::vision {
 namespace {
 
-constexpr int max_iterations = 10;
-constexpr int max_half_px = 14;         // of the window
-constexpr double profile_error = 0.02;  // of the level of the spot
-constexpr double least_reach = 1.5;     // of the window beyond the spot, in point spreads, among other lights
-constexpr double ring_reach = 3.0;      // of the ring
-constexpr double added_reach = 1.0;     // on a dark background
+constexpr int max_iterations = 12;
+constexpr int max_half_px = 14;          // of the window
+constexpr double profile_error = 0.02;   // of the level of the spot
+constexpr double least_reach = 1.5;      // of the window beyond the spot, in point spreads, among other lights
+constexpr double ring_reach = 3.0;       // of the ring
+constexpr double added_reach = 1.0;      // on a dark background
+constexpr double width_error_px = 0.04;  // of the width of the profile
+constexpr double damping = 1.02;        // of the diagonal of amplitude and width, which hardly differ behind saturation
 constexpr double clutter_weight = 0.3;  // of the variance of the ring in that of a pixel
 // Normalised square residual at which the trust in a pixel has fallen to a quarter: at least, and at most in the first
 // iterations and the later ones. Neighbours are let go of slowly, lest a start off the middle settle between two lights.
@@ -99,15 +101,15 @@ class Fit {
       accumulate(normal, first_scales[std::min(static_cast<std::size_t>(i), first_scales.size() - 1)]);
       if (used_ < 6.0) return Status::rank_deficient;
       // Far from the solution, or behind saturation, amplitude and width hardly differ.
-      normal.matrix[2][2] *= 1.02;
-      normal.matrix[3][3] *= 1.02;
+      normal.matrix[2][2] *= damping;
+      normal.matrix[3][3] *= damping;
       normal.matrix[2][2] += 1e-3 * squared(1.0 / room);
       if (!normal.factorise()) return Status::rank_deficient;
       const Vec5 step = normal.solve(normal.right);
       const double limit = 0.7;
       x_[0] += std::clamp(step[0], -limit, limit);
       x_[1] += std::clamp(step[1], -limit, limit);
-      x_[2] = std::clamp(x_[2] + std::clamp(step[2], -0.4 * x_[2], 0.6 * x_[2]), least, 30.0 * room);
+      x_[2] = std::clamp(x_[2] + std::clamp(step[2], -0.4 * x_[2], 0.6 * x_[2]), least, 100.0 * room);
       x_[3] = std::clamp(x_[3] + std::clamp(step[3], -0.5, 0.5), 0.5 * s, 12.0);
       x_[4] += step[4];
       fit.iterations = i + 1;
@@ -125,6 +127,7 @@ class Fit {
     double level = 0.0;
     double residual = 0.0;
     double variance = 0.0;  // of the noise
+    double allowed = 0.0;   // variance that noise, clutter and the profile's errors explain
     double weight = 0.0;
     double trust = 0.0;  // of this, against outliers
     bool censored = false;
@@ -180,12 +183,13 @@ class Fit {
     model.variance = noise_variance(x_[4] + spot);
     const double outward = -amplitude * profile.by_radius / r;
     model.row = {outward * du, outward * dv, profile.level, amplitude * profile.by_width, 1.0};
-    const double allowed =
-        model.variance + clutter_variance_ + squared(profile_error * std::min(spot, settings_.full_scale_dn));
-    const double normalised = squared(model.residual) / allowed;
+    model.allowed = model.variance + clutter_variance_ +
+                    squared(profile_error * std::min(spot, settings_.full_scale_dn)) +
+                    squared(width_error_px * amplitude * profile.by_radius);
+    const double normalised = squared(model.residual) / model.allowed;
     // Other lights only add: what is darker than the model is believed.
     model.trust = model.residual > 0.0 ? squared(scale_ / (scale_ + normalised)) : 1.0;
-    model.weight = model.censored ? 0.0 : model.trust / allowed;
+    model.weight = model.censored ? 0.0 : model.trust / model.allowed;
     return true;
   }
 
@@ -211,10 +215,8 @@ class Fit {
     for_each([&](const Model& model) {
       if (model.censored) return;
       normal.add(model.row, model.residual, model.weight);
-      const double allowed =
-          model.variance + clutter_variance_ + squared(profile_error * std::max(model.level - x_[4], 0.0));
       sum += model.weight * squared(model.residual);
-      weights += model.weight * allowed;
+      weights += model.weight * model.allowed;
       used_ += 1.0;
     });
     const Vec5 background{0.0, 0.0, 0.0, 0.0, 1.0};
@@ -266,7 +268,9 @@ class Fit {
     fit.sigma_px =
         std::sqrt(0.5 * noise + 0.5 * squared(settings_.sigma_clutter) * excess + squared(settings_.sigma_floor_px));
     const bool bright = height >= 0.5 * settings_.min_contrast * settings_.full_scale_dn;
-    return bright ? Status::ok : Status::no_convergence;
+    // From the far side of the flank alone a centre outside the image is a guess.
+    const bool inside = x_[0] > -0.5 && x_[1] > -0.5 && x_[0] < image_.width - 0.5 && x_[1] < image_.height - 0.5;
+    return bright && inside ? Status::ok : Status::no_convergence;
   }
 
   const GreyImageView<Pixel>& image_;

@@ -20,8 +20,8 @@ struct SpotFit {
   double background_dn = 0.0;  ///< of the surroundings
   double amplitude_dn = 0.0;   ///< of the profile, beyond full scale where that is saturated
   double half_width_px = 0.0;  ///< R of the profile
-  double misfit = 0.0;         ///< rms residual of the flank, outliers weighted down, over the level of the spot as seen
-  double support = 0.0;        ///< part of the flank that is not weighted down as an outlier, 0..1
+  double misfit = 0.0;   ///< rms residual of the flank, outliers weighted down, over the level of the spot as seen
+  double support = 0.0;  ///< part of the flank that is not weighted down as an outlier, 0..1
   int iterations = 0;
 };
 

@@ -13,6 +13,7 @@ namespace {
 constexpr int max_levels = 7;
 constexpr int max_raises = 3;
 constexpr double level_step = 0.35;  // of the way to the peak
+constexpr double prominence = 0.25;  // of the height above the first threshold
 constexpr double final_level = 0.3;  // of the peak: a region above less is looked at again, though it pass the gate
 constexpr std::uint16_t no_region = std::numeric_limits<std::uint16_t>::max();
 
@@ -171,6 +172,7 @@ void SpotRegions::measure(const GreyImageView<Pixel>& image, const SpotSettings&
     if (run.parent == no_region) continue;
     Region& region = regions_[run.parent];
     region.level_dn = std::max(region.level_dn, run.level_dn);
+    region.first_level_dn = std::max(region.first_level_dn, run.first_level_dn);
     const Pixel* line = image.at(0, run.v_px);
     std::int64_t flux = 0;
     std::int64_t flux_u = 0;
@@ -208,9 +210,12 @@ bool SpotRegions::judge(const SpotSettings& settings, bool last, SpotCandidates&
     const bool small = region.area < settings.min_area_px;
     const bool good = !small && region.area <= settings.max_area_px && shape.elongation <= settings.max_elongation &&
                       shape.fill >= settings.min_fill;
+    // What stands out of its surroundings by less is their texture. How far a saturated one does is not known.
+    const bool stands_out = region.saturated > 0 ||
+                            region.peak_dn - region.level_dn >= prominence * (region.peak_dn - region.first_level_dn);
     const double next = region.level_dn + level_step * (region.peak_dn - region.level_dn);
-    const bool room = next >= region.level_dn + 1.0 && !small && !last;
-    if (good && (region.level_dn >= final_level * region.peak_dn || !room)) {
+    const bool room = stands_out && next >= region.level_dn + 1.0 && !small && !last;
+    if (good && stands_out && (region.level_dn >= final_level * region.peak_dn || !room)) {
       SpotCandidate candidate;
       candidate.uv_px = Vec2(region.u0_px + region.flux_u / region.flux, region.v0_px + region.flux_v / region.flux);
       candidate.flux_dn = region.total;

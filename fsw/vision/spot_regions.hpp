@@ -61,19 +61,20 @@ class SpotRegions {
     std::uint16_t u0_px = 0;
     std::uint16_t u1_px = 0;  ///< one after the last
     std::uint16_t v_px = 0;
-    std::uint16_t level_dn = 0;  ///< its pixels are above
+    std::uint16_t level_dn = 0;        ///< its pixels are above
     std::uint16_t first_level_dn = 0;  ///< before it was raised
-    std::uint16_t parent = 0;    ///< run of the same region, not after this one; then the number of the region
+    std::uint16_t parent = 0;          ///< run of the same region, not after this one; then the number of the region
   };
   struct Region {
     std::int32_t area = 0;
     std::int32_t saturated = 0;
     std::uint16_t level_dn = 0;
+    std::uint16_t first_level_dn = 0;
     std::uint16_t peak_dn = 0;
     std::uint16_t next_level_dn = 0;  ///< 0: done with
     std::uint16_t u0_px = 0;          ///< origin of the sums
     std::uint16_t v0_px = 0;
-    double total = 0.0;  ///< above the first threshold
+    double total = 0.0;                                     ///< above the first threshold
     double flux = 0.0, flux_u = 0.0, flux_v = 0.0;          ///< weighted with the level above the threshold
     double u = 0.0, v = 0.0, uu = 0.0, uv = 0.0, vv = 0.0;  ///< over the pixels
   };
