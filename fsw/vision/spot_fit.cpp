@@ -92,7 +92,11 @@ class Fit {
     const double room = settings_.full_scale_dn - ring_.level;
     x_ = {seed_.uv_px(0), seed_.uv_px(1), 0.0, std::max(radius, 0.7 * s), ring_.level};
     x_[2] = (seed_.peak_dn - ring_.level) / spot_profile(0.0, x_[3], inverse_s_).level;
-    if (seed_.peak_dn >= settings_.full_scale_dn) x_[2] *= 1.3;
+    if (seed_.peak_dn >= settings_.full_scale_dn) {
+      // Much brighter and narrower than it looks, with the same edge.
+      x_[3] = std::max(radius - 0.7 * s, 0.5 * s);
+      x_[2] = 0.5 * room / spot_profile(radius, x_[3], inverse_s_).level;
+    }
     const double least = 0.2 * settings_.min_contrast * settings_.full_scale_dn;
     bool converged = false;
     scale_ = squared(4.0);

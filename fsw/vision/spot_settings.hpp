@@ -17,7 +17,7 @@ struct SpotSettings {
   int max_area_px = 300;         ///< likewise
   double max_elongation = 1.8;   ///< ratio of the axes of the region's second moments
   double min_fill = 0.75;        ///< area over the area of the ellipse of the same second moments
-  double max_misfit = 0.2;       ///< rms residual of the fit over the level of the spot
+  double max_misfit = 0.25;      ///< rms residual of the fit over the level of the spot
   double min_support = 0.4;      ///< part of the flank that the fit explains
   double sigma_floor_px = 0.02;  ///< what the model of the spot itself does not explain
   double sigma_clutter = 2.5;    ///< weight of the residuals that noise does not explain; they are not independent

@@ -146,12 +146,8 @@ TEST_GROUP(LightSpotFinder) {
       scene.add(lamp);
       find(scene, scene.expose<std::uint8_t>(seed != 0 ? &noise : nullptr));
       const LightSpot* spot = nearest(spots, lamp.u, lamp.v);
-      if (spot == nullptr) {
-        printf("none: r %.1f a %.0f at %.3f %.3f found %d rej %d mis %d\n", radius, amplitude, lamp.u, lamp.v,
-               report.found, report.rejected, report.misfits);
-        CHECK(spot != nullptr);
-        return errors;
-      }
+      CHECK(spot != nullptr);
+      if (spot == nullptr) return errors;
       const double eu = spot->uv_px(0) - lamp.u;
       const double ev = spot->uv_px(1) - lamp.v;
       errors.bias_u_px += eu / count;
@@ -169,21 +165,17 @@ TEST_GROUP(LightSpotFinder) {
 TEST(LightSpotFinder, UnsaturatedSpotsAreUnbiasedAtEverySubpixelPhase) {
   for (const double radius : {0.0, 1.0, 2.0, 4.0, 6.5}) {
     const Errors errors = measure(radius, 200.0, 3.0, 100, 0);
-    if (getenv("V")) printf("unsat r %.1f max %.4f\n", radius, errors.largest_px);
     CHECK(errors.largest_px < 0.01);
   }
 }
 
 TEST(LightSpotFinder, SaturatedSpotsAreHardlyBiased) {
-  for (const double amplitude : {400.0, 1000.0, 4000.0}) {
+  for (const double amplitude : {400.0, 1000.0, 2000.0}) {
     for (const double radius : {0.0, 1.5, 3.0, 6.0}) {
       const Errors errors = measure(radius, amplitude, 3.0, 100, 0);
-      if (getenv("V"))
-        printf("sat r %.1f a %.0f max %.4f rms %.4f bias %.4f %.4f\n", radius, amplitude, errors.largest_px,
-               errors.rms_px, errors.bias_u_px, errors.bias_v_px);
-      CHECK(errors.largest_px < 0.05);
-      CHECK(std::fabs(errors.bias_u_px) < 0.01);
-      CHECK(std::fabs(errors.bias_v_px) < 0.01);
+      CHECK(errors.largest_px < 0.02);
+      CHECK(std::fabs(errors.bias_u_px) < 0.003);
+      CHECK(std::fabs(errors.bias_v_px) < 0.003);
       CHECK(spots[0].saturated_px > 0);
     }
   }
@@ -193,11 +185,10 @@ TEST(LightSpotFinder, SigmaIsHonestUnderTheCamerasNoise) {
   settings.sigma_floor_px = 0.0;
   settings.gain_electrons_dn = gain;
   configure();
-  for (const double radius : {0.0, 1.5, 3.0}) {
+  // Larger and brighter ones: what the profile does not explain is stated on top.
+  for (const double radius : {0.0, 1.5}) {
     for (const double amplitude : {90.0, 200.0}) {
       const Errors errors = measure(radius, amplitude, 10.0, 300, 5);
-      if (getenv("V"))
-        printf("honest r %.1f a %.0f norm %.3f rms %.4f\n", radius, amplitude, errors.normalised, errors.rms_px);
       CHECK(errors.normalised > 0.8);
       CHECK(errors.normalised < 1.25);
     }
@@ -214,7 +205,6 @@ TEST(LightSpotFinder, SaturationAndNeighboursIncreaseSigma) {
     const std::vector<std::uint16_t> pixels = scene.expose<std::uint16_t>(nullptr, 1.0, full_scale);
     CHECK(finder->find(view_of(scene, pixels), spots, report) == Status::ok);
     const LightSpot* spot = nearest(spots, 23.7, 24.2);
-    if (getenv("V")) printf("sigma %.4f\n", spot ? spot->sigma_px : 0.0);
     return spot != nullptr ? spot->sigma_px : 0.0;
   };
   settings.sigma_floor_px = 0.0;
@@ -317,8 +307,6 @@ TEST(LightSpotFinder, SpotsAtTheBorderAreFoundOrLeftOutButNeverWrong) {
         const double error = std::hypot(spot.uv_px(0) - lamp.u, spot.uv_px(1) - lamp.v);
         return error < std::max(0.1, 4.0 * spot.sigma_px);
       });
-      if (getenv("V") && !right)
-        printf("border off %.1f: spot %.2f %.2f sigma %.3f\n", offset, spot.uv_px(0), spot.uv_px(1), spot.sigma_px);
       CHECK(right);
     }
   }
@@ -453,11 +441,10 @@ TEST(LightSpotFinder, SameImageSameSpots) {
 }
 
 TEST(LightSpotFinder, RefusesWhatItCannotDo) {
-  LightSpotFinder& plain = *std::make_unique<LightSpotFinder>().release();
-  const std::unique_ptr<LightSpotFinder> owner(&plain);
+  const auto plain = std::make_unique<LightSpotFinder>();
   const Scene scene(32, 32, 0.0);
   const std::vector<std::uint8_t> pixels = scene.expose<std::uint8_t>(nullptr);
-  CHECK(plain.find(view_of(scene, pixels), spots, report) == Status::not_configured);
+  CHECK(plain->find(view_of(scene, pixels), spots, report) == Status::not_configured);
   CHECK(finder->find(ImageView{}, spots, report) == Status::invalid_argument);
   SpotSettings bad = settings;
   bad.gain_electrons_dn = 0.0;
