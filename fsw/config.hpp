@@ -24,7 +24,9 @@ inline constexpr std::size_t max_measurement_rows = 2 * max_features;
 inline constexpr std::size_t max_cameras = 2;
 inline constexpr std::size_t max_target_features = 64;  ///< of a cooperative target
 inline constexpr std::size_t max_target_lines = 64;
-inline constexpr std::size_t max_spots = 64;  ///< light spots of one frame
+inline constexpr std::size_t max_spots = 64;           ///< light spots of one frame
+inline constexpr std::size_t max_spot_runs = 4096;     ///< horizontal runs of bright pixels of one search
+inline constexpr std::size_t max_spot_regions = 1024;  ///< connected regions of one search
 inline constexpr std::size_t max_observations = max_cameras * max_target_features;
 
 }  // namespace relnav::config

@@ -6,9 +6,10 @@
 
 namespace relnav::vision {
 
-/// 8-bit grey image owned by somebody else. Rows are `stride` bytes apart; pixel (u, v) is pixels[v * stride + u].
-struct ImageView {
-  const std::uint8_t* pixels = nullptr;
+/// Grey image owned by somebody else. Rows are `stride` pixels apart; pixel (u, v) is pixels[v * stride + u].
+template <typename Pixel>
+struct GreyImageView {
+  const Pixel* pixels = nullptr;
   int width = 0;
   int height = 0;
   int stride = 0;
@@ -20,7 +21,7 @@ struct ImageView {
            static_cast<std::size_t>(height) <= config::max_image_height;
   }
   /// Pointer to pixel (u, v); the caller keeps it inside the image.
-  [[nodiscard]] constexpr const std::uint8_t* at(int u_px, int v_px) const {
+  [[nodiscard]] constexpr const Pixel* at(int u_px, int v_px) const {
     return pixels + static_cast<std::ptrdiff_t>(v_px) * stride + u_px;
   }
   /// Whether the square of half side `half_px` about (u, v) lies inside the image.
@@ -28,6 +29,9 @@ struct ImageView {
     return u_px >= half_px && v_px >= half_px && u_px < width - half_px && v_px < height - half_px;
   }
 };
+
+using ImageView = GreyImageView<std::uint8_t>;
+using ImageView16 = GreyImageView<std::uint16_t>;  ///< deeper sensors; in the byte order of the processor
 
 /// Rectangle of pixels, half open: u0 <= u < u1, v0 <= v < v1.
 struct PixelRegion {
