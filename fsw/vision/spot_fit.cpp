@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
 #include "fsw/vision/spot_normal.hpp"
 #include "fsw/vision/spot_profile.hpp"
@@ -252,13 +253,13 @@ class Fit {
 
 }  // namespace
 
-template <typename Pixel>
-Status fit_spot(const GreyImageView<Pixel>& image, const SpotSettings& settings, const SpotSeed& seed, SpotFit& fit) {
+Status fit_spot(const ImageView& image, const SpotSettings& settings, const SpotSeed& seed, SpotFit& fit) {
   fit = SpotFit{};
-  return Fit<Pixel>(image, settings, seed).run(fit);
+  return Fit<std::uint8_t>(image, settings, seed).run(fit);
 }
-
-template Status fit_spot(const ImageView&, const SpotSettings&, const SpotSeed&, SpotFit&);
-template Status fit_spot(const ImageView16&, const SpotSettings&, const SpotSeed&, SpotFit&);
+Status fit_spot(const ImageView16& image, const SpotSettings& settings, const SpotSeed& seed, SpotFit& fit) {
+  fit = SpotFit{};
+  return Fit<std::uint16_t>(image, settings, seed).run(fit);
+}
 
 }  // namespace relnav::vision
