@@ -27,7 +27,7 @@ struct SpotReport {
 
 /// Finds bright spots (lamps, markers) and their centroids: threshold from the surroundings (SpotThreshold), connected
 /// regions and the gate of size and shape (SpotRegions), position by a fit to the unsaturated flank (fit_spot). Spots
-/// narrower than the point spread or wider than about 20 px are none. About 150 kB: not for the stack. Same image and
+/// narrower than the point spread or wider than about 20 px are none. About 200 kB: not for the stack. Same image and
 /// settings, same spots: no state passes from one search to the next.
 class LightSpotFinder {
  public:

@@ -4,7 +4,9 @@
 #include <array>
 #include <cmath>
 #include <cstddef>
+#include <cstdint>
 
+#include "fsw/vision/spot_normal.hpp"
 #include "fsw/vision/spot_profile.hpp"
 
 namespace relnav::vision {
@@ -24,50 +26,10 @@ constexpr double clutter_weight = 0.3;  // of the variance of the ring in that o
 constexpr double least_scale = 9.0;
 constexpr std::array<double, 4> first_scales{320.0, 80.0, 40.0, 20.0};
 constexpr double converged_px = 1e-3;
-constexpr std::size_t parameters = 5;  // u, v, amplitude, half width, background
-using Vec5 = std::array<double, parameters>;
+constexpr std::size_t parameters = SpotNormal::parameters;
+using Vec5 = SpotNormal::Vec5;
 
 double squared(double x) { return x * x; }
-
-/// Symmetric 5 x 5 normal equations, solved by Cholesky.
-struct Normal {
-  std::array<Vec5, parameters> matrix{};  // lower triangle
-  Vec5 right{};
-
-  void add(const Vec5& row, double residual, double weight) {
-    for (std::size_t r = 0; r < parameters; ++r) {
-      const double weighted = weight * row[r];
-      for (std::size_t c = 0; c <= r; ++c) matrix[r][c] += weighted * row[c];
-      right[r] += weighted * residual;
-    }
-  }
-  [[nodiscard]] bool factorise() {
-    for (std::size_t c = 0; c < parameters; ++c) {
-      double pivot = matrix[c][c];
-      const double least = 1e-9 * pivot;
-      for (std::size_t k = 0; k < c; ++k) pivot -= squared(matrix[c][k]);
-      if (!(pivot > least && pivot > 0.0)) return false;
-      matrix[c][c] = std::sqrt(pivot);
-      for (std::size_t r = c + 1; r < parameters; ++r) {
-        double sum = matrix[r][c];
-        for (std::size_t k = 0; k < c; ++k) sum -= matrix[r][k] * matrix[c][k];
-        matrix[r][c] = sum / matrix[c][c];
-      }
-    }
-    return true;
-  }
-  [[nodiscard]] Vec5 solve(Vec5 x) const {
-    for (std::size_t r = 0; r < parameters; ++r) {
-      for (std::size_t k = 0; k < r; ++k) x[r] -= matrix[r][k] * x[k];
-      x[r] /= matrix[r][r];
-    }
-    for (std::size_t i = parameters; i-- > 0;) {
-      for (std::size_t k = i + 1; k < parameters; ++k) x[i] -= matrix[k][i] * x[k];
-      x[i] /= matrix[i][i];
-    }
-    return x;
-  }
-};
 
 /// Level and scatter of the ring, from its quantiles: a neighbour in the ring does not count.
 struct Ring {
@@ -101,7 +63,7 @@ class Fit {
     bool converged = false;
     scale_ = squared(4.0);
     for (int i = 0; i < max_iterations && !converged; ++i) {
-      Normal normal;
+      SpotNormal normal;
       accumulate(normal, first_scales[std::min(static_cast<std::size_t>(i), first_scales.size() - 1)]);
       if (used_ < 6.0) return Status::rank_deficient;
       // Far from the solution, or behind saturation, amplitude and width hardly differ.
@@ -212,7 +174,7 @@ class Fit {
   }
 
   /// Normal equations at the present model, with the background's prior; sets the scale of outliers for the next.
-  void accumulate(Normal& normal, double most) {
+  void accumulate(SpotNormal& normal, double most) {
     double sum = 0.0;
     double weights = 0.0;
     used_ = 0.0;
@@ -230,7 +192,7 @@ class Fit {
   }
 
   [[nodiscard]] Status finish(SpotFit& fit) {
-    Normal normal;
+    SpotNormal normal;
     accumulate(normal, first_scales.back());
     if (used_ < 6.0 || !normal.factorise()) return Status::rank_deficient;
     const Vec5 along_u = normal.solve({1.0, 0.0, 0.0, 0.0, 0.0});
@@ -291,13 +253,13 @@ class Fit {
 
 }  // namespace
 
-template <typename Pixel>
-Status fit_spot(const GreyImageView<Pixel>& image, const SpotSettings& settings, const SpotSeed& seed, SpotFit& fit) {
+Status fit_spot(const ImageView& image, const SpotSettings& settings, const SpotSeed& seed, SpotFit& fit) {
   fit = SpotFit{};
-  return Fit<Pixel>(image, settings, seed).run(fit);
+  return Fit<std::uint8_t>(image, settings, seed).run(fit);
 }
-
-template Status fit_spot(const ImageView&, const SpotSettings&, const SpotSeed&, SpotFit&);
-template Status fit_spot(const ImageView16&, const SpotSettings&, const SpotSeed&, SpotFit&);
+Status fit_spot(const ImageView16& image, const SpotSettings& settings, const SpotSeed& seed, SpotFit& fit) {
+  fit = SpotFit{};
+  return Fit<std::uint16_t>(image, settings, seed).run(fit);
+}
 
 }  // namespace relnav::vision

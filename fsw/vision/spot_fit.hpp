@@ -32,8 +32,8 @@ struct SpotFit {
 /// the window.
 /// sigma: noise through the weights (sandwich), residuals beyond noise times sigma_clutter, floor.
 /// no_convergence: left the seed, or no bright spot there; rank_deficient: the pixels do not determine the spot.
-template <typename Pixel>
-[[nodiscard]] Status fit_spot(const GreyImageView<Pixel>& image, const SpotSettings& settings, const SpotSeed& seed,
+[[nodiscard]] Status fit_spot(const ImageView& image, const SpotSettings& settings, const SpotSeed& seed, SpotFit& fit);
+[[nodiscard]] Status fit_spot(const ImageView16& image, const SpotSettings& settings, const SpotSeed& seed,
                               SpotFit& fit);
 
 }  // namespace relnav::vision

@@ -258,8 +258,8 @@ void SpotRegions::split(const GreyImageView<Pixel>& image, RegionCounts& counts)
 }
 
 template <typename Pixel>
-void SpotRegions::find(const GreyImageView<Pixel>& image, const PixelRegion& region, const SpotSettings& settings,
-                       SpotThreshold& threshold, SpotCandidates& candidates, RegionCounts& counts) {
+void SpotRegions::search(const GreyImageView<Pixel>& image, const PixelRegion& region, const SpotSettings& settings,
+                         SpotThreshold& threshold, SpotCandidates& candidates, RegionCounts& counts) {
   std::int32_t dropped = scan(image, region, threshold);
   for (int i = 0; i < max_raises && dropped > 0; ++i) {
     threshold.raise(settings);
@@ -275,9 +275,13 @@ void SpotRegions::find(const GreyImageView<Pixel>& image, const PixelRegion& reg
   }
 }
 
-template void SpotRegions::find(const ImageView&, const PixelRegion&, const SpotSettings&, SpotThreshold&,
-                                SpotCandidates&, RegionCounts&);
-template void SpotRegions::find(const ImageView16&, const PixelRegion&, const SpotSettings&, SpotThreshold&,
-                                SpotCandidates&, RegionCounts&);
+void SpotRegions::find(const ImageView& image, const PixelRegion& region, const SpotSettings& settings,
+                       SpotThreshold& threshold, SpotCandidates& candidates, RegionCounts& counts) {
+  search(image, region, settings, threshold, candidates, counts);
+}
+void SpotRegions::find(const ImageView16& image, const PixelRegion& region, const SpotSettings& settings,
+                       SpotThreshold& threshold, SpotCandidates& candidates, RegionCounts& counts) {
+  search(image, region, settings, threshold, candidates, counts);
+}
 
 }  // namespace relnav::vision

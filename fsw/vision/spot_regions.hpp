@@ -52,9 +52,10 @@ struct RegionCounts {
 class SpotRegions {
  public:
   /// The region lies inside the image; `threshold` was measured on it and may be raised.
-  template <typename Pixel>
-  void find(const GreyImageView<Pixel>& image, const PixelRegion& region, const SpotSettings& settings,
-            SpotThreshold& threshold, SpotCandidates& candidates, RegionCounts& counts);
+  void find(const ImageView& image, const PixelRegion& region, const SpotSettings& settings, SpotThreshold& threshold,
+            SpotCandidates& candidates, RegionCounts& counts);
+  void find(const ImageView16& image, const PixelRegion& region, const SpotSettings& settings, SpotThreshold& threshold,
+            SpotCandidates& candidates, RegionCounts& counts);
 
  private:
   struct Run {
@@ -81,6 +82,9 @@ class SpotRegions {
   using Runs = BoundedVector<Run, config::max_spot_runs>;
   static_assert(config::max_spot_runs <= 65536 && config::max_spot_regions < 65536);
 
+  template <typename Pixel>
+  void search(const GreyImageView<Pixel>& image, const PixelRegion& region, const SpotSettings& settings,
+              SpotThreshold& threshold, SpotCandidates& candidates, RegionCounts& counts);
   template <typename Pixel>
   std::int32_t scan(const GreyImageView<Pixel>& image, const PixelRegion& region, const SpotThreshold& threshold);
   template <typename Pixel>

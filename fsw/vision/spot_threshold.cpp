@@ -39,8 +39,8 @@ std::uint16_t threshold(const Histogram& histogram, int count, double upper, con
 }  // namespace
 
 template <typename Pixel>
-void SpotThreshold::measure(const GreyImageView<Pixel>& image, const PixelRegion& region,
-                            const SpotSettings& settings) {
+void SpotThreshold::measure_blocks(const GreyImageView<Pixel>& image, const PixelRegion& region,
+                                   const SpotSettings& settings) {
   const int width = region.u1_px - region.u0_px;
   const int height = region.v1_px - region.v0_px;
   const bool window = width <= block_px && height <= block_px;
@@ -79,7 +79,11 @@ void SpotThreshold::raise(const SpotSettings& settings) {
   }
 }
 
-template void SpotThreshold::measure(const ImageView&, const PixelRegion&, const SpotSettings&);
-template void SpotThreshold::measure(const ImageView16&, const PixelRegion&, const SpotSettings&);
+void SpotThreshold::measure(const ImageView& image, const PixelRegion& region, const SpotSettings& settings) {
+  measure_blocks(image, region, settings);
+}
+void SpotThreshold::measure(const ImageView16& image, const PixelRegion& region, const SpotSettings& settings) {
+  measure_blocks(image, region, settings);
+}
 
 }  // namespace relnav::vision

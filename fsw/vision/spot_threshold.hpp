@@ -17,8 +17,8 @@ class SpotThreshold {
   static constexpr int block_px = 64;
 
   /// The region lies inside the image. A region of at most one block is sampled in full.
-  template <typename Pixel>
-  void measure(const GreyImageView<Pixel>& image, const PixelRegion& region, const SpotSettings& settings);
+  void measure(const ImageView& image, const PixelRegion& region, const SpotSettings& settings);
+  void measure(const ImageView16& image, const PixelRegion& region, const SpotSettings& settings);
 
   /// Moves every level half way to full scale.
   void raise(const SpotSettings& settings);
@@ -30,6 +30,9 @@ class SpotThreshold {
   [[nodiscard]] int columns() const { return columns_; }
 
  private:
+  template <typename Pixel>
+  void measure_blocks(const GreyImageView<Pixel>& image, const PixelRegion& region, const SpotSettings& settings);
+
   static constexpr std::size_t max_blocks =
       ((config::max_image_width + block_px - 1) / block_px) * ((config::max_image_height + block_px - 1) / block_px);
   std::array<std::uint16_t, max_blocks> levels_{};
