@@ -42,11 +42,10 @@ Status check_output(const RelativeState& output) {
   return Status::ok;
 }
 
-Status FilterWatch::judge(const FilterState& state, const RelativeState& output, const UpdateSummary& update) {
+Status FilterWatch::judge(Status inner, const RelativeState& output, const UpdateSummary& update) {
   const Status numbers = check_output(output);
   if (numbers != Status::ok) return numbers;
-  const Status variances = check_variances(state);
-  if (variances != Status::ok) return variances;
+  if (inner != Status::ok) return inner;
 
   if (update.status == Status::ok) {
     refused_in_a_row_ = 0;

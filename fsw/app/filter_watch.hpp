@@ -26,9 +26,10 @@ class FilterWatch {
   void configure(const FilterLimits& limits) { limits_ = limits; }
   /// The filter starts anew.
   void restart();
-  /// ok, or why the filter has failed: not_finite (state or covariance), not_positive_definite (covariance diagonal, or
-  /// too many refused updates), no_convergence (test ratio far too high for too long).
-  [[nodiscard]] Status judge(const FilterState& state, const RelativeState& output, const UpdateSummary& update);
+  /// ok, or why the filter has failed: `inner` (what the navigator says of its own numbers), not_finite (output),
+  /// not_positive_definite (covariance diagonal, or too many refused updates), no_convergence (test ratio far too high for
+  /// too long).
+  [[nodiscard]] Status judge(Status inner, const RelativeState& output, const UpdateSummary& update);
 
  private:
   FilterLimits limits_;

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 
+#include "fsw/app/coop_navigator.hpp"
 #include "fsw/app/filter_watch.hpp"
 #include "fsw/app/frame_checks.hpp"
 #include "fsw/app/noncoop_navigator.hpp"
@@ -10,10 +11,28 @@
 
 namespace relnav::app {
 
+/// What is navigated on.
+enum class NavigationKind : std::uint8_t {
+  noncoop,      ///< nothing known of the target, one camera
+  coop_mono,    ///< known light spots, one camera
+  coop_stereo,  ///< known light spots, two cameras
+};
+
+/// The second camera of a pair: p_C1 = R_C1C0 p_C0 + t_C1C0 (m).
+struct SecondCamera {
+  CameraIntrinsics intrinsics;
+  Mat3 R_C1C0 = Mat3::Identity();
+  Vec3 t_C1C0 = Vec3::Zero();
+  Duration pair_tolerance{1'000'000};  ///< largest difference of two mid-exposures that belong together
+};
+
 /// Everything the flight loop is told. Counts are frames unless they say otherwise.
 struct FlightLoopConfig {
+  NavigationKind navigation = NavigationKind::noncoop;
   CameraIntrinsics camera;
+  SecondCamera second;  ///< coop_stereo
   NavigatorConfig navigator;
+  CoopNavigatorConfig coop;  ///< coop_mono, coop_stereo; its lengths are true metres
   bool scale_known = false;  ///< the start range is a measured one: telemetry marks lengths as true metres
 
   telemetry::PacketConfig packets;           ///< epoch_offset_ns not negative
@@ -27,6 +46,8 @@ struct FlightLoopConfig {
   std::uint16_t min_inliers = 4;           ///< of a frame that counts as tracked
   FrameLimits frames;                      ///< latest_time_ns is cut to what telemetry can carry
   FilterLimits filter;
+
+  [[nodiscard]] bool is_scale_known() const { return scale_known || navigation != NavigationKind::noncoop; }
 
   /// For a motion model; the caller adds camera and range.
   [[nodiscard]] static FlightLoopConfig defaults(MotionKind motion) {

@@ -57,24 +57,49 @@ std::uint16_t crc_of(const FlightLoopConfig& config) {
   return crc16(writer.written());
 }
 
+vision::ImageView view_of(const hal::Frame& frame) {
+  return {frame.pixels, static_cast<int>(frame.width_px), static_cast<int>(frame.height_px),
+          static_cast<int>(frame.stride_bytes)};
+}
+
+/// False: the intrinsics are unusable, or the image larger than config.hpp allows.
+bool add_camera(const CameraIntrinsics& intrinsics, const Mat3& R_CkC0, const Vec3& t_CkC0, CameraRig& rig) {
+  const Expected<CameraModel> model = CameraModel::create(intrinsics);
+  if (!model || static_cast<std::size_t>(intrinsics.width_px) > config::max_image_width ||
+      static_cast<std::size_t>(intrinsics.height_px) > config::max_image_height) {
+    return false;
+  }
+  return rig.push_back({model.value(), R_CkC0, t_CkC0}) == Status::ok;
+}
+
 bool is_prediction_valid(Status update) {
   return update == Status::ok || update == Status::not_positive_definite || update == Status::not_finite;
 }
 
 }  // namespace
 
-FlightLoop::FlightLoop(hal::Camera& camera, hal::Clock& clock, hal::PacketLink& link, hal::Watchdog& watchdog)
-    : camera_(camera), clock_(clock), watchdog_(watchdog), navigator_(clock), telemetry_(link) {}
+FlightLoop::FlightLoop(hal::Camera& camera, hal::Clock& clock, hal::PacketLink& link, hal::Watchdog& watchdog,
+                       hal::Camera* second)
+    : camera_(camera),
+      clock_(clock),
+      watchdog_(watchdog),
+      noncoop_(clock),
+      coop_(clock),
+      navigator_(&noncoop_),
+      mate_(second),
+      telemetry_(link) {}
 
 // ---- configuration and start ----
 
-ConfigItem FlightLoop::validate(const FlightLoopConfig& config, CameraModel& model) const {
-  const Expected<CameraModel> camera = CameraModel::create(config.camera);
-  if (!camera || static_cast<std::size_t>(config.camera.width_px) > config::max_image_width ||
-      static_cast<std::size_t>(config.camera.height_px) > config::max_image_height) {
-    return ConfigItem::camera;
+ConfigItem FlightLoop::validate(const FlightLoopConfig& config, CameraRig& rig) const {
+  if (!add_camera(config.camera, Mat3::Identity(), Vec3::Zero(), rig)) return ConfigItem::camera;
+  if (config.navigation == NavigationKind::coop_stereo) {
+    const SecondCamera& second = config.second;
+    if (!mate_.exists() || !(second.pair_tolerance.ns >= 0) ||
+        !add_camera(second.intrinsics, second.R_C1C0, second.t_C1C0, rig)) {
+      return ConfigItem::camera;
+    }
   }
-  model = camera.value();
   const telemetry::PacketConfig& packets = config.packets;
   if (telemetry::validate(packets) != Status::ok || packets.epoch_offset_ns < 0 ||
       packets.epoch_offset_ns > most_seconds_ns) {
@@ -91,11 +116,9 @@ ConfigItem FlightLoop::validate(const FlightLoopConfig& config, CameraModel& mod
 
 Status FlightLoop::configure(const FlightLoopConfig& config) {
   if (report_.mode != Mode::standby) return Status::invalid_argument;
-  CameraModel model;
-  ConfigItem refused = validate(config, model);
-  if (refused == ConfigItem::none && navigator_.configure(config.navigator, model) != Status::ok) {
-    refused = ConfigItem::navigator;
-  }
+  CameraRig rig;
+  ConfigItem refused = validate(config, rig);
+  if (refused == ConfigItem::none && configure_navigator(config, rig) != Status::ok) refused = ConfigItem::navigator;
   if (refused != ConfigItem::none) {
     event(EventId::configuration_refused, Status::invalid_argument, {static_cast<std::int64_t>(refused)});
     return Status::invalid_argument;
@@ -121,10 +144,22 @@ Status FlightLoop::configure(const FlightLoopConfig& config) {
   return Status::ok;
 }
 
+Status FlightLoop::configure_navigator(const FlightLoopConfig& config, const CameraRig& rig) {
+  if (config.navigation == NavigationKind::noncoop) {
+    const Status status = noncoop_.configure(config.navigator, rig[0].model);
+    if (status == Status::ok) navigator_ = &noncoop_;
+    return status;
+  }
+  const Status status = coop_.configure(config.coop, rig);
+  if (status == Status::ok) navigator_ = &coop_;
+  return status;
+}
+
 Status FlightLoop::start() {
   if (!configured_) return Status::not_configured;
   if (report_.mode != Mode::standby) return Status::invalid_argument;
-  const Status status = camera_.start();
+  Status status = camera_.start();
+  if (status == Status::ok && config_.navigation == NavigationKind::coop_stereo) status = mate_.start();
   if (status != Status::ok) {
     event(EventId::camera_lost, status, {camera_number});
     return status;
@@ -139,11 +174,13 @@ Status FlightLoop::start() {
 
 Status FlightLoop::stop() {
   if (report_.mode == Mode::standby) return Status::ok;
-  navigator_.restart();
+  navigator_->restart();
   watch_.restart();
   has_estimate_ = false;
   change_mode(Mode::standby, Status::ok);
-  return camera_.stop();
+  const Status mate_stopped = config_.navigation == NavigationKind::coop_stereo ? mate_.stop() : Status::ok;
+  const Status stopped = camera_.stop();
+  return stopped != Status::ok ? stopped : mate_stopped;
 }
 
 // ---- one step ----
@@ -220,32 +257,72 @@ Status FlightLoop::use_frame(const hal::Frame& frame) {
   const FrameCheck check = checks_.check(frame, clock_.now(), clock_.id());
   if (check.fault != FrameFault::time_range) event_stamp_ = {frame.mid_exposure, frame.sequence};
   if (check.gap) report_gap(frame, check);
-  if (check.restart && (navigator_.has_started() || report_.mode == Mode::track)) give_up_estimate(Status::timeout);
+  if (check.restart && (navigator_->has_started() || report_.mode == Mode::track)) give_up_estimate(Status::timeout);
   if (check.fault != FrameFault::none) {
     increment(counts_.refused);
     report_refusal(frame, check);
     count_frame_without_update(status_of(check.fault));
     return status_of(check.fault);
   }
-  return navigate(frame);
+  return use_pair(frame);
 }
 
-Status FlightLoop::navigate(const hal::Frame& frame) {
-  const vision::ImageView image{frame.pixels, static_cast<int>(frame.width_px), static_cast<int>(frame.height_px),
-                                static_cast<int>(frame.stride_bytes)};
+Status FlightLoop::use_pair(const hal::Frame& frame) {
+  std::array<vision::ImageView, config::max_cameras> images;
+  images[0] = view_of(frame);
+  if (config_.navigation != NavigationKind::coop_stereo) return navigate(frame, {images.data(), 1});
+  hal::Frame second;
+  const Status found = mate_.acquire(frame.mid_exposure, config_.second.pair_tolerance, config_.acquire_wait, second);
+  if (found != Status::ok) {
+    increment(counts_.incomplete);
+    event(EventId::frame_incomplete, found, {counts_.incomplete});
+    count_frame_without_update(found);
+    return Status::incomplete;
+  }
+  const CameraIntrinsics& expected = config_.second.intrinsics;
+  const bool fits = second.format == hal::PixelFormat::mono8 &&
+                    second.width_px == static_cast<std::uint32_t>(expected.width_px) &&
+                    second.height_px == static_cast<std::uint32_t>(expected.height_px);
+  Status used = Status::invalid_argument;
+  if (fits) {
+    images[1] = view_of(second);
+    used = navigate(frame, images);
+  } else {
+    increment(counts_.refused);
+    event(EventId::frame_refused_size, used,
+          {second.width_px, second.height_px, expected.width_px, expected.height_px});
+    count_frame_without_update(used);
+  }
+  const Status released = mate_.release(second);
+  if (released != Status::ok) lose_camera(released);
+  return used;
+}
+
+/// What kept the navigator from starting, as an event.
+Status FlightLoop::judge_start(Status status) {
+  if (status == Status::too_few_features) {
+    const bool coop = config_.navigation != NavigationKind::noncoop;
+    event(EventId::too_few_features, status,
+          {report_.matched, coop ? config_.coop.min_observations : config_.navigator.min_start_features});
+  } else if (status == Status::ambiguous) {
+    event(EventId::pose_ambiguous, status, {report_.matched});
+  } else {
+    event(EventId::numerical_fault, status);
+  }
+  count_frame_without_update(status);
+  return status;
+}
+
+Status FlightLoop::navigate(const hal::Frame& frame, std::span<const vision::ImageView> images) {
   stamp_ = {frame.mid_exposure, frame.sequence};
   frame_processed_ = true;
   increment(counts_.processed);
-  const bool was_started = navigator_.has_started();
-  const Status status = navigator_.process(image, frame.mid_exposure, report_);
-
-  if (!navigator_.has_started()) {
-    const bool too_few = status == Status::too_few_features;
-    event(too_few ? EventId::too_few_features : EventId::numerical_fault, status,
-          {0, too_few ? config_.navigator.min_start_features : 0});
-    count_frame_without_update(status);
-    return status;
+  const bool was_started = navigator_->has_started();
+  const Status status = navigator_->process(images, frame.mid_exposure, report_);
+  if (navigator_ == &coop_ && coop_.spots_dropped() > 0) {
+    event(EventId::spots_dropped, Status::no_capacity, {coop_.spots_dropped()});
   }
+  if (!navigator_->has_started()) return judge_start(status);
   if (!was_started && report_.mode == Mode::lost) change_mode(Mode::acquire, Status::ok);
   if (!is_prediction_valid(status)) {
     event(EventId::numerical_fault, status);
@@ -256,9 +333,8 @@ Status FlightLoop::navigate(const hal::Frame& frame) {
     increment(counts_.refused_updates);
     event(EventId::update_refused, status, {in_thousandths(report_.test_ratio), report_.matched, report_.inliers});
   }
-  const bool starting = navigator_.filter().is_starting();
-  const Status verdict =
-      watch_.judge(navigator_.filter().state(), report_.state, {status, report_.test_ratio, starting});
+  const bool starting = navigator_->is_starting();
+  const Status verdict = watch_.judge(navigator_->check(), report_.state, {status, report_.test_ratio, starting});
   if (verdict != Status::ok) {
     event(EventId::numerical_fault, verdict);
     give_up_estimate(verdict);
@@ -339,13 +415,12 @@ void FlightLoop::count_frame_without_update(Status reason) {
 }
 
 void FlightLoop::give_up_estimate(Status reason) {
-  const std::uint16_t features = static_cast<std::uint16_t>(navigator_.filter().state().features().size());
-  if (report_.mode == Mode::track) event(EventId::track_lost, reason, {without_update_, features});
-  if (navigator_.has_started()) {
+  if (report_.mode == Mode::track) event(EventId::track_lost, reason, {without_update_, report_.features});
+  if (navigator_->has_started()) {
     increment(report_.reset_counter);
     event(EventId::filter_reset, reason, {report_.reset_counter});
   }
-  navigator_.restart();
+  navigator_->restart();
   watch_.restart();
   checks_.accept_new_time_base();
   has_estimate_ = false;
@@ -375,7 +450,7 @@ void FlightLoop::send_packets() {
     event(EventId::telemetry_dropped, Status::no_capacity, {reported_drops_});
   }
   if (frame_processed_) {
-    telemetry_.send_state(report_, stamp_, {has_estimate_, config_.scale_known});
+    telemetry_.send_state(report_, stamp_, {has_estimate_, config_.is_scale_known()});
     if (config_.features_every_frames > 0 && (counts_.processed - 1U) % config_.features_every_frames == 0) {
       telemetry_.send_features(report_, stamp_);
     }
@@ -390,7 +465,7 @@ void FlightLoop::send_health() {
   p.frame_sequence = stamp_.sequence;
   p.mode = static_cast<std::uint8_t>(report_.mode);
   if (!camera_is_lost_) p.flags |= telemetry::health::camera_streaming;
-  if (navigator_.has_started()) p.flags |= telemetry::health::filter_running;
+  if (navigator_->has_started()) p.flags |= telemetry::health::filter_running;
   p.last_status = static_cast<std::uint8_t>(report_.status);
   p.frames_processed = counts_.processed;
   p.frames_refused = counts_.refused;

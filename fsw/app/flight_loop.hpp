@@ -4,6 +4,7 @@
 #include "fsw/app/filter_watch.hpp"
 #include "fsw/app/flight_config.hpp"
 #include "fsw/app/frame_checks.hpp"
+#include "fsw/app/frame_mate.hpp"
 #include "fsw/app/mode_table.hpp"
 #include "fsw/app/noncoop_navigator.hpp"
 #include "fsw/app/step_report.hpp"
@@ -19,7 +20,9 @@ namespace relnav::app {
 /// measures stage times (and the age of frames, if limited): the same frames give the same packets, bit for bit.
 class FlightLoop {
  public:
-  FlightLoop(hal::Camera& camera, hal::Clock& clock, hal::PacketLink& link, hal::Watchdog& watchdog);
+  /// `second`: the other camera of a pair, for coop_stereo.
+  FlightLoop(hal::Camera& camera, hal::Clock& clock, hal::PacketLink& link, hal::Watchdog& watchdog,
+             hal::Camera* second = nullptr);
 
   /// Takes the configuration; the loop is then in STANDBY with all counts zero. invalid_argument: some value is outside
   /// its domain, the camera's image is larger than config.hpp allows, or the loop is not in STANDBY; nothing changes then.
@@ -55,12 +58,16 @@ class FlightLoop {
     std::uint32_t refused_updates = 0;
   };
 
-  [[nodiscard]] ConfigItem validate(const FlightLoopConfig& config, CameraModel& model) const;
+  [[nodiscard]] ConfigItem validate(const FlightLoopConfig& config, CameraRig& rig) const;
+  /// The navigator that the configuration asks for takes it.
+  Status configure_navigator(const FlightLoopConfig& config, const CameraRig& rig);
 
   Status take_frame();
   Status without_frame(Status reason);
   Status use_frame(const hal::Frame& frame);
-  Status navigate(const hal::Frame& frame);
+  Status use_pair(const hal::Frame& frame);
+  Status navigate(const hal::Frame& frame, std::span<const vision::ImageView> images);
+  Status judge_start(Status status);
   void report_gap(const hal::Frame& frame, const FrameCheck& check);
   void report_refusal(const hal::Frame& frame, const FrameCheck& check);
 
@@ -83,7 +90,10 @@ class FlightLoop {
   FlightLoopConfig config_;
   bool configured_ = false;
 
-  NoncoopNavigator navigator_;
+  NoncoopNavigator noncoop_;
+  CoopNavigator coop_;
+  Navigator* navigator_;  ///< the one in use
+  FrameMate mate_;        ///< frames of the second camera
   FrameChecks checks_;
   FilterWatch watch_;
   TelemetryWriter telemetry_;

@@ -1,5 +1,7 @@
 #include "fsw/app/noncoop_navigator.hpp"
 
+#include "fsw/app/filter_watch.hpp"
+
 #include <algorithm>
 #include <cmath>
 
@@ -120,7 +122,10 @@ void NoncoopNavigator::report_matches(const FilterUpdate& update, StepReport& re
   }
 }
 
-Status NoncoopNavigator::process(const vision::ImageView& image, Time time, StepReport& report) {
+Status NoncoopNavigator::process(std::span<const vision::ImageView> images, Time time, StepReport& report) {
+  if (images.size() != 1) return Status::invalid_argument;
+  const vision::ImageView& image = images[0];
+  report.estimator = telemetry::Estimator::inverse_depth_ekf;
   report.feature_reports.clear();
   report.matched = 0;
   report.inliers = 0;
@@ -165,5 +170,7 @@ Status NoncoopNavigator::process(const vision::ImageView& image, Time time, Step
   report.features = static_cast<std::uint16_t>(filter_.state().features().size());
   return update.status;
 }
+
+Status NoncoopNavigator::check() const { return check_variances(filter_.state()); }
 
 }  // namespace relnav::app

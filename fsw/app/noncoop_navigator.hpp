@@ -1,7 +1,7 @@
 #pragma once
 #include <array>
 
-#include "fsw/app/step_report.hpp"
+#include "fsw/app/navigator.hpp"
 #include "fsw/estimation/noncoop_filter.hpp"
 #include "fsw/geometry/camera_model.hpp"
 #include "fsw/vision/corner_spread.hpp"
@@ -21,20 +21,19 @@ struct NavigatorConfig {
 
 /// Images in, relative state of a non-cooperative target out: joins the front end and the filter, which do not see each
 /// other. One process() a frame.
-class NoncoopNavigator {
+class NoncoopNavigator final : public Navigator {
  public:
   explicit NoncoopNavigator(hal::Clock& clock) : clock_(clock) {}
 
   /// invalid_argument as NoncoopFilter::configure.
   Status configure(const NavigatorConfig& config, const CameraModel& camera);
-  /// Forgets everything learnt; the next image starts anew.
-  void restart();
-  [[nodiscard]] bool has_started() const { return started_; }
-
-  /// Fills state, counts, feature reports and stage times of `report`.
-  /// too_few_features: not started, and the image does not offer enough to start on. not_positive_definite, not_finite:
-  /// an update was refused, the state is the predicted one. out_of_order: time does not advance, nothing was done.
-  Status process(const vision::ImageView& image, Time time, StepReport& report);
+  void restart() override;
+  [[nodiscard]] bool has_started() const override { return started_; }
+  [[nodiscard]] bool is_starting() const override { return filter_.is_starting(); }
+  /// One image. Not started: too_few_features.
+  Status process(std::span<const vision::ImageView> images, Time time, StepReport& report) override;
+  /// not_finite, not_positive_definite: a variance of the filter.
+  [[nodiscard]] Status check() const override;
   [[nodiscard]] const NoncoopFilter& filter() const { return filter_; }
 
  private:

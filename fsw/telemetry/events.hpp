@@ -43,6 +43,8 @@ enum class EventId : std::uint16_t {
   track_lost = 21,
   telemetry_dropped = 22,
   numerical_fault = 23,
+  pose_ambiguous = 24,
+  spots_dropped = 25,
 };
 
 struct EventDefinition {
@@ -53,7 +55,7 @@ struct EventDefinition {
   std::array<const char*, 4> args;  ///< meaning of each argument; "" for one that is not used (and 0)
 };
 
-inline constexpr std::array<EventDefinition, 23> event_definitions{{
+inline constexpr std::array<EventDefinition, 25> event_definitions{{
     {EventId::mode_changed,
      "mode_changed",
      Severity::info,
@@ -165,6 +167,16 @@ inline constexpr std::array<EventDefinition, 23> event_definitions{{
      Severity::medium,
      "A computation gave no usable result; its output was not used.",
      {"stage", "", "", ""}},
+    {EventId::pose_ambiguous,
+     "pose_ambiguous",
+     Severity::medium,
+     "More than one pose explains the light spots, and nothing decides between them.",
+     {"spots", "", "", ""}},
+    {EventId::spots_dropped,
+     "spots_dropped",
+     Severity::low,
+     "More light spots than there is room for; the weakest were left out.",
+     {"dropped_spots", "", "", ""}},
 }};
 
 /// nullptr for an id that is not in the table.

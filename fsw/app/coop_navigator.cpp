@@ -1,0 +1,178 @@
+#include "fsw/app/coop_navigator.hpp"
+
+#include <algorithm>
+#include <cmath>
+
+namespace relnav::app {
+namespace {
+
+/// Window about an expected marker: so many sigmas of its prediction, and room for the spot itself.
+constexpr double window_sigmas = 4.0;
+constexpr double spot_room_px = 12.0;
+constexpr double largest_window_px = 80.0;
+constexpr double image_border_px = 2.0;
+
+}  // namespace
+
+Status CoopNavigator::configure(const CoopNavigatorConfig& config, const CameraRig& rig) {
+  Status status = estimator_.configure(config.estimator, rig, config.target);
+  if (status == Status::ok) status = finder_.configure(config.spots);
+  if (status != Status::ok) return status;
+  config_ = config;
+  filter_.configure(config.filter);
+  restart();
+  return Status::ok;
+}
+
+void CoopNavigator::restart() {
+  filter_.restart();
+  acquisition_.restart();
+}
+
+std::int64_t CoopNavigator::lap(Time& since) {
+  const Time now = clock_.now();
+  const std::int64_t ns = (now - since).ns;
+  since = now;
+  return ns;
+}
+
+Status CoopNavigator::process(std::span<const vision::ImageView> images, Time time, StepReport& report) {
+  const std::size_t cameras = estimator_.rig().size();
+  if (images.size() != cameras) return Status::invalid_argument;
+  report.estimator = cameras == 2 ? telemetry::Estimator::stereo_least_squares
+                                  : telemetry::Estimator::mono_least_squares;
+  dropped_ = 0;
+  return filter_.has_started() ? track(images, time, report) : acquire(images, time, report);
+}
+
+Status CoopNavigator::acquire(std::span<const vision::ImageView> images, Time time, StepReport& report) {
+  Time since = clock_.now();
+  for (std::size_t c = 0; c < images.size(); ++c) {
+    vision::SpotReport found;
+    const Status status = finder_.find(images[c], spots_[c], found);
+    if (status != Status::ok) return status;
+    dropped_ += found.overflow + found.dropped_runs + found.dropped_regions;
+  }
+  report.times.detect_ns += lap(since);
+  const CameraRig& rig = estimator_.rig();
+  Status status = acquisition_.acquire(rig, config_.target, spots_, config_.search, {}, acquired_);
+  if (status == Status::ok && acquired_.ambiguous && config_.expected_cone_rad > 0.0) {
+    acquisition_.restart();
+    const AttitudePrior expected{true, config_.expected_R_CT, config_.expected_cone_rad};
+    status = acquisition_.acquire(rig, config_.target, spots_, config_.search, expected, acquired_);
+  }
+  report.times.match_ns += lap(since);
+  report.matched = static_cast<std::uint16_t>(spots_[0].size());
+  if (status == Status::no_data) return Status::too_few_features;  // of the spots, none make up the target
+  if (status != Status::ok) return status;
+  if (acquired_.ambiguous) return Status::ambiguous;
+  solution_.estimate = acquired_.best.estimate;
+  solution_.used.fill(true);
+  // As tracking sees it, for the report.
+  markers_.clear();
+  assignment_.observations = acquired_.best.observations;
+  assignment_.marker.clear();
+  for (std::size_t i = 0; i < assignment_.observations.size(); ++i) {
+    const PoseObservation& o = assignment_.observations[i];
+    ExpectedMarker m;
+    m.feature = o.feature;
+    m.camera = o.camera;
+    m.uv_px = o.uv_px;
+    if (markers_.push_back(m) != Status::ok || assignment_.marker.push_back(static_cast<std::uint16_t>(i)) != Status::ok) {
+      break;
+    }
+  }
+  filter_.start(time, solution_.estimate);
+  take(time, report);
+  return Status::ok;
+}
+
+Status CoopNavigator::look_for_expected(std::span<const vision::ImageView> images, const Pose& pose,
+                                        const Mat6& covariance) {
+  markers_.clear();
+  BoundedVector<vision::PixelRegion, config::max_target_features> windows;
+  for (std::size_t c = 0; c < images.size(); ++c) {
+    const std::size_t first = markers_.size();
+    expect_markers(estimator_.rig(), config_.target, pose, covariance, static_cast<std::uint16_t>(c), image_border_px,
+                   config_.tracking, markers_);
+    windows.clear();
+    for (std::size_t k = first; k < markers_.size(); ++k) {
+      const ExpectedMarker& m = markers_[k];
+      const double floor2 = config_.tracking.floor_sigma_px * config_.tracking.floor_sigma_px;
+      const auto half = [&](int axis) {
+        const double sigmas = window_sigmas * std::sqrt(m.S_px2(axis, axis) + floor2);
+        return static_cast<int>(std::min(largest_window_px, sigmas + spot_room_px));
+      };
+      const int u = static_cast<int>(m.uv_px(0) + 0.5);
+      const int v = static_cast<int>(m.uv_px(1) + 0.5);
+      const vision::PixelRegion window{std::max(0, u - half(0)), std::max(0, v - half(1)), u + half(0) + 1,
+                                       v + half(1) + 1};
+      if (windows.push_back(window) != Status::ok) break;
+    }
+    vision::SpotReport found;
+    const Status status = finder_.find(images[c], {windows.begin(), windows.size()}, spots_[c], found);
+    if (status != Status::ok) return status;
+    dropped_ += found.overflow + found.dropped_runs + found.dropped_regions;
+  }
+  assign_spots(markers_, spots_, config_.tracking, assignment_);
+  return Status::ok;
+}
+
+Status CoopNavigator::track(std::span<const vision::ImageView> images, Time time, StepReport& report) {
+  Time since = clock_.now();
+  Status status = filter_.predict(time);
+  if (status != Status::ok) return status;
+  report.times.predict_ns += lap(since);
+  const Pose predicted = filter_.pose();
+  status = look_for_expected(images, predicted, filter_.pose_covariance());
+  report.times.match_ns += lap(since);
+  if (status != Status::ok) return status;
+
+  solution_.used.fill(false);
+  report.state = filter_.output();
+  const bool enough = assignment_.observations.size() >= config_.min_observations;
+  status = enough ? estimator_.solve(assignment_.observations, &predicted, solution_) : Status::too_few_features;
+  if (status == Status::ok && filter_.update(solution_.estimate) == Status::ok) {
+    take(time, report);
+  } else {
+    solution_.used.fill(false);
+    report_markers(report);
+  }
+  report.times.update_ns += lap(since);
+  return Status::ok;
+}
+
+void CoopNavigator::take(Time time, StepReport& report) {
+  const PoseEstimate& e = solution_.estimate;
+  report.state = filter_.output();
+  report.state.time = time;
+  report.state.t_CT = e.pose.t_CT;
+  report.state.R_CT = e.pose.R_CT;
+  report.state.pose_covariance = e.covariance;
+  report_markers(report);
+  report.inliers = static_cast<std::uint16_t>(e.used);
+  report.test_ratio = e.degrees_of_freedom > 0 ? e.chi2 / static_cast<double>(e.degrees_of_freedom) : 0.0;
+}
+
+void CoopNavigator::report_markers(StepReport& report) const {
+  report.features = static_cast<std::uint16_t>(markers_.size());
+  report.matched = static_cast<std::uint16_t>(assignment_.observations.size());
+  report.inliers = 0;
+  std::array<std::size_t, config::max_observations> observed;
+  observed.fill(config::max_observations);
+  for (std::size_t i = 0; i < assignment_.marker.size(); ++i) observed[assignment_.marker[i]] = i;
+  for (std::size_t k = 0; k < markers_.size(); ++k) {
+    if (markers_[k].camera != 0) continue;  // FEATURES packets are about the first camera's image
+    FeatureReport f;
+    f.index = markers_[k].feature;
+    f.predicted_px = markers_[k].uv_px;
+    f.use = FeatureUse::not_found;
+    if (observed[k] < config::max_observations) {
+      f.measured_px = assignment_.observations[observed[k]].uv_px;
+      f.use = solution_.used[observed[k]] ? FeatureUse::low_innovation : FeatureUse::rejected;
+    }
+    if (report.feature_reports.push_back(f) != Status::ok) return;
+  }
+}
+
+}  // namespace relnav::app

@@ -1,0 +1,38 @@
+#pragma once
+#include "fsw/base/bounded_vector.hpp"
+#include "fsw/estimation/spot_scene.hpp"
+
+namespace relnav {
+
+/// Where a marker is expected in an image.
+struct ExpectedMarker {
+  std::uint16_t feature = 0;  ///< position in TargetModel::features
+  std::uint16_t camera = 0;
+  Vec2 uv_px = Vec2::Zero();
+  Mat2 S_px2 = Mat2::Identity();  ///< of the prediction alone, from the pose's covariance
+};
+using ExpectedMarkers = BoundedVector<ExpectedMarker, config::max_observations>;
+
+struct SpotTrackingSettings {
+  double gate_chi2 = 16.0;        ///< two degrees of freedom, 3e-4
+  double floor_sigma_px = 0.7;    ///< added to the prediction: the target does not move quite as the filter thinks
+  double model_sigma_px = 0.1;    ///< added to a spot's own sigma: markers are not quite where the model says
+  double least_cosine = 0.1;      ///< of a face towards the camera; beyond it is not expected
+};
+
+/// Markers of a predicted pose that the camera of `camera` should see: in front, inside the image by border_px, faces turned
+/// towards it. Appended to `markers`.
+void expect_markers(const CameraRig& rig, const TargetModel& target, const Pose& pose, const Mat6& pose_covariance,
+                    std::uint16_t camera, double border_px, const SpotTrackingSettings& settings,
+                    ExpectedMarkers& markers);
+
+struct SpotAssignment {
+  PoseObservations observations;
+  BoundedVector<std::uint16_t, config::max_observations> marker;  ///< of each observation, position in the expected markers
+};
+/// One-to-one assignment of spots to expected markers within the gate, nearest pairs first. The observations carry the spots'
+/// sigmas with model_sigma added.
+void assign_spots(const ExpectedMarkers& markers, const RigSpots& spots, const SpotTrackingSettings& settings,
+                  SpotAssignment& out);
+
+}  // namespace relnav
