@@ -41,7 +41,6 @@ Status CoopNavigator::process(std::span<const vision::ImageView> images, Time ti
   if (images.size() != cameras) return Status::invalid_argument;
   report.estimator = cameras == 2 ? telemetry::Estimator::stereo_least_squares
                                   : telemetry::Estimator::mono_least_squares;
-  dropped_ = 0;
   return filter_.has_started() ? track(images, time, report) : acquire(images, time, report);
 }
 
@@ -51,7 +50,7 @@ Status CoopNavigator::acquire(std::span<const vision::ImageView> images, Time ti
     vision::SpotReport found;
     const Status status = finder_.find(images[c], spots_[c], found);
     if (status != Status::ok) return status;
-    dropped_ += found.overflow + found.dropped_runs + found.dropped_regions;
+    report.dropped += found.overflow + found.dropped_runs + found.dropped_regions;
   }
   report.times.detect_ns += lap(since);
   const CameraRig& rig = estimator_.rig();
@@ -88,7 +87,7 @@ Status CoopNavigator::acquire(std::span<const vision::ImageView> images, Time ti
 }
 
 Status CoopNavigator::look_for_expected(std::span<const vision::ImageView> images, const Pose& pose,
-                                        const Mat6& covariance) {
+                                        const Mat6& covariance, StepReport& report) {
   markers_.clear();
   BoundedVector<vision::PixelRegion, config::max_target_features> windows;
   for (std::size_t c = 0; c < images.size(); ++c) {
@@ -112,7 +111,7 @@ Status CoopNavigator::look_for_expected(std::span<const vision::ImageView> image
     vision::SpotReport found;
     const Status status = finder_.find(images[c], {windows.begin(), windows.size()}, spots_[c], found);
     if (status != Status::ok) return status;
-    dropped_ += found.overflow + found.dropped_runs + found.dropped_regions;
+    report.dropped += found.overflow + found.dropped_runs + found.dropped_regions;
   }
   assign_spots(markers_, spots_, config_.tracking, assignment_);
   return Status::ok;
@@ -124,7 +123,7 @@ Status CoopNavigator::track(std::span<const vision::ImageView> images, Time time
   if (status != Status::ok) return status;
   report.times.predict_ns += lap(since);
   const Pose predicted = filter_.pose();
-  status = look_for_expected(images, predicted, filter_.pose_covariance());
+  status = look_for_expected(images, predicted, filter_.pose_covariance(), report);
   report.times.match_ns += lap(since);
   if (status != Status::ok) return status;
 

@@ -39,14 +39,13 @@ class CoopNavigator final : public Navigator {
   /// Not started: too_few_features (no spots that make up the target), ambiguous (nothing decides between poses).
   Status process(std::span<const vision::ImageView> images, Time time, StepReport& report) override;
   [[nodiscard]] Status check() const override { return Status::ok; }
-  /// Spots that found no room in the latest frame.
-  [[nodiscard]] std::int32_t spots_dropped() const { return dropped_; }
 
  private:
   Status acquire(std::span<const vision::ImageView> images, Time time, StepReport& report);
   Status track(std::span<const vision::ImageView> images, Time time, StepReport& report);
   /// Spots where markers are expected.
-  Status look_for_expected(std::span<const vision::ImageView> images, const Pose& pose, const Mat6& covariance);
+  Status look_for_expected(std::span<const vision::ImageView> images, const Pose& pose, const Mat6& covariance,
+                           StepReport& report);
   void take(Time time, StepReport& report);
   void report_markers(StepReport& report) const;
   [[nodiscard]] std::int64_t lap(Time& since);
@@ -63,7 +62,6 @@ class CoopNavigator final : public Navigator {
   SpotAssignment assignment_;
   CooperativeSolution solution_;
   AcquiredSpots acquired_;
-  std::int32_t dropped_ = 0;
 };
 
 }  // namespace relnav::app

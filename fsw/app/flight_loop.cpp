@@ -83,9 +83,8 @@ FlightLoop::FlightLoop(hal::Camera& camera, hal::Clock& clock, hal::PacketLink& 
     : camera_(camera),
       clock_(clock),
       watchdog_(watchdog),
-      noncoop_(clock),
-      coop_(clock),
-      navigator_(&noncoop_),
+      navigators_(std::in_place_type<NoncoopNavigator>, clock),
+      navigator_(std::get_if<NoncoopNavigator>(&navigators_)),
       mate_(second),
       telemetry_(link) {}
 
@@ -145,14 +144,19 @@ Status FlightLoop::configure(const FlightLoopConfig& config) {
 }
 
 Status FlightLoop::configure_navigator(const FlightLoopConfig& config, const CameraRig& rig) {
-  if (config.navigation == NavigationKind::noncoop) {
-    const Status status = noncoop_.configure(config.navigator, rig[0].model);
-    if (status == Status::ok) navigator_ = &noncoop_;
-    return status;
+  const bool noncoop = config.navigation == NavigationKind::noncoop;
+  if (noncoop != std::holds_alternative<NoncoopNavigator>(navigators_)) {
+    configured_ = false;
+    if (noncoop) {
+      navigator_ = &navigators_.emplace<NoncoopNavigator>(clock_);
+    } else {
+      navigator_ = &navigators_.emplace<CoopNavigator>(clock_);
+    }
   }
-  const Status status = coop_.configure(config.coop, rig);
-  if (status == Status::ok) navigator_ = &coop_;
-  return status;
+  if (auto* navigator = std::get_if<NoncoopNavigator>(&navigators_)) {
+    return navigator->configure(config.navigator, rig[0].model);
+  }
+  return std::get_if<CoopNavigator>(&navigators_)->configure(config.coop, rig);
 }
 
 Status FlightLoop::start() {
@@ -203,6 +207,7 @@ const StepReport& FlightLoop::step() {
 
 void FlightLoop::begin_report() {
   report_.features = report_.matched = report_.inliers = 0;
+  report_.dropped = 0;
   report_.test_ratio = 0.0;
   report_.feature_reports.clear();
   report_.times = StageTimes();
@@ -319,9 +324,7 @@ Status FlightLoop::navigate(const hal::Frame& frame, std::span<const vision::Ima
   increment(counts_.processed);
   const bool was_started = navigator_->has_started();
   const Status status = navigator_->process(images, frame.mid_exposure, report_);
-  if (navigator_ == &coop_ && coop_.spots_dropped() > 0) {
-    event(EventId::spots_dropped, Status::no_capacity, {coop_.spots_dropped()});
-  }
+  if (report_.dropped > 0) event(EventId::spots_dropped, Status::no_capacity, {report_.dropped});
   if (!navigator_->has_started()) return judge_start(status);
   if (!was_started && report_.mode == Mode::lost) change_mode(Mode::acquire, Status::ok);
   if (!is_prediction_valid(status)) {

@@ -1,5 +1,7 @@
 #pragma once
 #include <cstdint>
+#include <span>
+#include <variant>
 
 #include "fsw/app/filter_watch.hpp"
 #include "fsw/app/flight_config.hpp"
@@ -25,7 +27,8 @@ class FlightLoop {
              hal::Camera* second = nullptr);
 
   /// Takes the configuration; the loop is then in STANDBY with all counts zero. invalid_argument: some value is outside
-  /// its domain, the camera's image is larger than config.hpp allows, or the loop is not in STANDBY; nothing changes then.
+  /// its domain, the camera's image is larger than config.hpp allows, or the loop is not in STANDBY; nothing changes then,
+  /// unless another kind of navigation was asked for: the loop is then without configuration.
   Status configure(const FlightLoopConfig& config);
   /// STANDBY -> ACQUIRE; starts the camera. not_configured; invalid_argument: not in STANDBY; the camera's own errors.
   Status start();
@@ -90,9 +93,8 @@ class FlightLoop {
   FlightLoopConfig config_;
   bool configured_ = false;
 
-  NoncoopNavigator noncoop_;
-  CoopNavigator coop_;
-  Navigator* navigator_;  ///< the one in use
+  std::variant<NoncoopNavigator, CoopNavigator> navigators_;  ///< one at a time: they share their memory
+  Navigator* navigator_;                                      ///< the one there is
   FrameMate mate_;        ///< frames of the second camera
   FrameChecks checks_;
   FilterWatch watch_;

@@ -62,6 +62,7 @@ struct StepReport {
   std::uint16_t matched = 0;
   std::uint16_t inliers = 0;
   std::uint16_t refused_updates = 0;  ///< since start
+  std::int32_t dropped = 0;           ///< light spots of this frame that found no room
   double test_ratio = 0.0;            ///< normalised innovation squared / its 99 % bound
   BoundedVector<FeatureReport, config::max_features> feature_reports;
   StageTimes times;

@@ -1,6 +1,7 @@
 #include "hil/replay/flight_driver.hpp"
 
 #include "fsw/app/flight_loop.hpp"
+#include "hil/io/camera_rig_file.hpp"
 #include "hil/io/input_error.hpp"
 #include "hil/replay/flight_config_file.hpp"
 #include "platform/host/steady_clock.hpp"
@@ -17,7 +18,8 @@ class NoWatchdog final : public hal::Watchdog {
 
 class FlightDriver final : public StepDriver {
  public:
-  FlightDriver(hal::Camera& camera, hal::PacketLink& link) : loop_(camera, clock_, link, watchdog_) {}
+  FlightDriver(hal::Camera& camera, hal::Camera* second, hal::PacketLink& link)
+      : loop_(camera, clock_, link, watchdog_, second) {}
   Status configure(const app::FlightLoopConfig& config) { return loop_.configure(config); }
   Status start() override { return loop_.start(); }
   const app::StepReport& step() override { return loop_.step(); }
@@ -28,33 +30,45 @@ class FlightDriver final : public StepDriver {
   app::FlightLoop loop_;
 };
 
-void check_camera(const FlightSetup& setup) {
-  const CameraIntrinsics& c = setup.camera.intrinsics;
+void check_camera(const CameraIntrinsics& c, const std::string& file) {
   if (static_cast<std::size_t>(c.width_px) > config::max_image_width ||
       static_cast<std::size_t>(c.height_px) > config::max_image_height) {
-    throw InputError(setup.camera_file, 0,
+    throw InputError(file, 0,
                      "resolution " + std::to_string(c.width_px) + " x " + std::to_string(c.height_px) +
                          " is larger than this build takes",
                      "at most " + std::to_string(config::max_image_width) + " x " +
                          std::to_string(config::max_image_height) + "; RELNAV_MAX_IMAGE_WIDTH and _HEIGHT set it");
   }
   if (!CameraModel::create(c))
-    throw InputError(setup.camera_file, 0, "the camera model refuses these numbers", "a usable pinhole camera");
+    throw InputError(file, 0, "the camera model refuses these numbers", "a usable pinhole camera");
+}
+
+void set_up_cooperative(const FlightSetup& setup, app::FlightLoopConfig& config) {
+  config.coop.target = setup.target;
+  if (setup.navigation != app::NavigationKind::coop_stereo) return;
+  check_camera(setup.second.intrinsics, setup.second_file);
+  const CameraRig rig = camera_rig_of({setup.camera, setup.second}, {setup.camera_file, setup.second_file});
+  config.second.intrinsics = setup.second.intrinsics;
+  config.second.R_C1C0 = rig[1].R_CkC0;
+  config.second.t_C1C0 = rig[1].t_CkC0;
 }
 
 }  // namespace
 
-std::unique_ptr<StepDriver> make_flight_driver(const FlightSetup& setup, hal::Camera& camera, hal::PacketLink& link) {
-  check_camera(setup);
+std::unique_ptr<StepDriver> make_flight_driver(const FlightSetup& setup, hal::Camera& camera, hal::Camera* second,
+                                               hal::PacketLink& link) {
+  check_camera(setup.camera.intrinsics, setup.camera_file);
   auto config = app::FlightLoopConfig::defaults(setup.rigid_target ? MotionKind::rigid_target : MotionKind::camera);
+  config.navigation = setup.navigation;
   config.camera = setup.camera.intrinsics;
+  if (setup.navigation != app::NavigationKind::noncoop) set_up_cooperative(setup, config);
   if (!setup.config_file.empty()) read_flight_config(setup.config_file, config);
   if (setup.range_m > 0.0) config.navigator.filter.range_m = setup.range_m;
   if (setup.range_sigma_m >= 0.0) {
     config.navigator.filter.range_sigma_m = setup.range_sigma_m;
     config.scale_known = true;  // a range with its accuracy is a measured one
   }
-  auto driver = std::make_unique<FlightDriver>(camera, link);
+  auto driver = std::make_unique<FlightDriver>(camera, second, link);
   const Status status = driver->configure(config);
   if (status != Status::ok) {
     throw InputError(setup.config_file.empty() ? setup.camera_file : setup.config_file, 0,

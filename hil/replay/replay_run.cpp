@@ -51,8 +51,8 @@ bool has_track(const RunHistory& history) {
 
 }  // namespace
 
-ReplayOutcome run_replay(StepDriver& loop, ReplayCamera& camera, RunFiles& files, RunHistory& history,
-                         const ProgressListener& listener) {
+ReplayOutcome run_replay(StepDriver& loop, ReplayCamera& camera, const ReplayCamera* second, RunFiles& files,
+                         RunHistory& history, const ProgressListener& listener) {
   using End = ReplayOutcome::End;
   ReplayOutcome outcome;
   const auto begin = std::chrono::steady_clock::now();
@@ -88,9 +88,11 @@ ReplayOutcome run_replay(StepDriver& loop, ReplayCamera& camera, RunFiles& files
     if (report.status == Status::ok && is_snapshot(camera.frames_consumed() - 1, camera.frames_listed())) {
       history.snapshots.push_back(snapshot_of(report, camera));
     }
-    if (!camera.problem().empty()) {
+    const std::string& problem =
+        camera.problem().empty() && second != nullptr ? second->problem() : camera.problem();
+    if (!problem.empty()) {
       outcome.end = End::bad_image;
-      outcome.problem = camera.problem();
+      outcome.problem = problem;
       break;
     }
     if (!listener(camera.frames_consumed(), camera.frames_listed(), report)) {

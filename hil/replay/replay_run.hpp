@@ -27,9 +27,9 @@ struct ReplayOutcome {
 /// Called after each step: frames dealt with, frames listed, the report. False ends the run (interrupt).
 using ProgressListener = std::function<bool(std::size_t done, std::size_t listed, const app::StepReport&)>;
 
-/// Steps the loop until the images end, writing as it goes. Throws InputError when the output cannot be written.
-ReplayOutcome run_replay(StepDriver& loop, ReplayCamera& camera, RunFiles& files, RunHistory& history,
-                         const ProgressListener& listener);
+/// Steps the loop until the first camera's images end, writing as it goes; `second` may be null. Throws InputError when the output cannot be written.
+ReplayOutcome run_replay(StepDriver& loop, ReplayCamera& camera, const ReplayCamera* second, RunFiles& files,
+                         RunHistory& history, const ProgressListener& listener);
 
 /// 0 done, 1 ended in a fault, 2 unusable input.
 [[nodiscard]] int exit_status_of(const ReplayOutcome& outcome);

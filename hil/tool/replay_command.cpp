@@ -3,9 +3,11 @@
 #include <filesystem>
 #include <map>
 #include <memory>
+#include <optional>
 
 #include "hil/io/camera_file.hpp"
 #include "hil/io/input_error.hpp"
+#include "hil/io/target_file.hpp"
 #include "hil/replay/flight_driver.hpp"
 #include "hil/replay/replay_run.hpp"
 #include "hil/replay/summary.hpp"
@@ -36,7 +38,7 @@ struct Options {
   std::string mode;
   std::string target;
   std::string config;
-  std::string motion = "rigid-target";
+  std::string motion;  ///< empty: rigid-target
   double range_m = 0.0;
   double range_sigma_m = -1.0;
   std::string out;
@@ -46,8 +48,11 @@ struct Options {
 };
 
 void check(const Options& o) {
-  if (o.mode == "coop-mono" || o.mode == "coop-stereo")
-    throw InputError("--mode " + o.mode, 0, "is not in this build yet", "--mode noncoop");
+  const bool coop = o.mode != "noncoop";
+  if (coop && (o.range_m > 0.0 || o.range_sigma_m >= 0.0 || !o.motion.empty()))
+    throw InputError("--mode " + o.mode, 0, "takes no --range, --range-sigma or --motion", "these with --mode noncoop only");
+  if (!coop && !o.target.empty())
+    throw InputError("--mode noncoop", 0, "takes no --target", "--target with a cooperative mode");
   if (!o.tlm.empty()) static_cast<void>(parse_udp_url(o.tlm));
 }
 
@@ -55,7 +60,8 @@ RunDescription description_of(const Options& o, const FlightSetup& setup, std::s
   RunDescription d;
   d.dataset = o.dataset;
   d.mode = o.mode;
-  d.motion = o.motion;
+  d.target = setup.target_file;
+  if (setup.navigation == app::NavigationKind::noncoop) d.motion = setup.rigid_target ? "rigid-target" : "camera";
   d.config = o.config;
   d.range_m = o.range_m;
   d.range_sigma_m = o.range_sigma_m < 0.0 ? 0.0 : o.range_sigma_m;
@@ -67,10 +73,21 @@ RunDescription description_of(const Options& o, const FlightSetup& setup, std::s
 
 void write_results(const Options& o, const RunDescription& description, const ReplayOutcome& outcome,
                    const RunHistory& history, const Trajectory& truth) {
-  const auto evaluation = evaluate_run(history, truth, AlignMode::start);
+  const auto evaluation = evaluate_run(history, truth, o.mode == "noncoop" ? AlignMode::start : AlignMode::none);
   const Evaluation* judged = evaluation ? &*evaluation : nullptr;
   OutputFile(o.out + "/summary.json").write(summary_json(description, outcome, history, judged));
   OutputFile(o.out + "/report.html").write(report_html(description, outcome, history, judged, &truth));
+}
+
+void set_up_cooperative(const Options& o, FlightSetup& setup) {
+  namespace fs = std::filesystem;
+  const bool stereo = o.mode == "coop-stereo";
+  setup.navigation = stereo ? app::NavigationKind::coop_stereo : app::NavigationKind::coop_mono;
+  setup.target_file = o.target.empty() ? (fs::path(o.dataset) / "target.yaml").string() : o.target;
+  setup.target = read_target_file(setup.target_file);
+  if (!stereo) return;
+  setup.second_file = (fs::path(o.dataset) / "mav0" / "cam1" / "sensor.yaml").string();
+  setup.second = read_camera_file(setup.second_file, 1);
 }
 
 int run(const Options& o) {
@@ -83,11 +100,16 @@ int run(const Options& o) {
   FlightSetup setup;
   setup.camera_file = (camera_folder / "sensor.yaml").string();
   setup.camera = read_camera_file(setup.camera_file);
-  setup.rigid_target = o.motion == "rigid-target";
+  setup.rigid_target = o.motion != "camera";
   setup.range_m = o.range_m;
   setup.range_sigma_m = o.range_sigma_m;
   setup.config_file = o.config;
-  std::vector<ImageEntry> images = read_image_list(camera_folder.string());
+  if (o.mode != "noncoop") set_up_cooperative(o, setup);
+  const bool stereo = setup.navigation == app::NavigationKind::coop_stereo;
+  const auto images_of = [&](const char* name) {
+    return read_image_list((fs::path(o.dataset) / "mav0" / name).string());
+  };
+  std::vector<ImageEntry> images = images_of("cam0");
   Trajectory truth;
   const std::string truth_path = (fs::path(o.dataset) / "truth.tum").string();
   if (fs::exists(truth_path)) truth = read_trajectory(truth_path);
@@ -95,9 +117,16 @@ int run(const Options& o) {
 
   platform::host::SteadyClock clock;
   ReplayCamera camera(std::move(images), description.width_px, description.height_px, clock, o.pace);
+  std::optional<ReplayCamera> second;
+  if (stereo) {
+    const CameraIntrinsics& c = setup.second.intrinsics;
+    second.emplace(images_of("cam1"), static_cast<std::uint32_t>(c.width_px), static_cast<std::uint32_t>(c.height_px),
+                   clock, o.pace);
+  }
+  ReplayCamera* const mate = second ? &*second : nullptr;
   TelemetryLink link;
   if (!o.tlm.empty()) link.add_udp(o.tlm);
-  const auto loop = make_flight_driver(setup, camera, link);
+  const auto loop = make_flight_driver(setup, camera, mate, link);
 
   prepare_run_folder(o.out, o.force);
   RunFiles files(o.out);
@@ -109,7 +138,7 @@ int run(const Options& o) {
   catch_interrupts();
   RunHistory history;
   Progress progress;
-  const ReplayOutcome outcome = run_replay(*loop, camera, files, history,
+  const ReplayOutcome outcome = run_replay(*loop, camera, mate, files, history,
                                            [&](std::size_t done, std::size_t listed, const app::StepReport& report) {
                                              if (!link.problem().empty()) throw std::runtime_error(link.problem());
                                              progress.show(done, listed, report);
@@ -136,7 +165,7 @@ void add_replay_command(CLI::App& app, int& exit_status) {
   command->add_option("--mode", o->mode, "What is estimated")
       ->required()
       ->check(CLI::IsMember({"noncoop", "coop-mono", "coop-stereo"}));
-  command->add_option("--target", o->target, "Target model (coop-*)");
+  command->add_option("--target", o->target, "Target model, YAML (coop-*) [SEQ/target.yaml]");
   command->add_option("--config", o->config, "Configuration of the flight loop, YAML");
   command->add_option("--motion", o->motion, "noncoop: which motion model [rigid-target]")
       ->check(CLI::IsMember({"rigid-target", "camera"}));

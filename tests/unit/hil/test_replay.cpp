@@ -57,7 +57,7 @@ TEST_GROUP(Replay) {
   }
   ReplayOutcome run(ReplayCamera & camera, FakeLoop & loop, std::size_t stop_after = 1000) {
     RunFiles files(prepare_run_folder(scratch.path("out"), true));
-    return run_replay(loop, camera, files, history, [&](std::size_t done, std::size_t, const app::StepReport&) {
+    return run_replay(loop, camera, nullptr, files, history, [&](std::size_t done, std::size_t, const app::StepReport&) {
       ++shown;
       return done < stop_after;
     });
@@ -176,7 +176,7 @@ TEST(Replay, NoPoseAndLostTrackAreFaults) {
   FakeLoop loop(camera);
   RunFiles files(prepare_run_folder(scratch.path("out"), true));
   const ReplayOutcome outcome =
-      run_replay(loop, camera, files, history, [&](std::size_t done, std::size_t, const app::StepReport&) {
+      run_replay(loop, camera, nullptr, files, history, [&](std::size_t done, std::size_t, const app::StepReport&) {
         if (done == 2) loop.mode = app::Mode::lost;
         return true;
       });
