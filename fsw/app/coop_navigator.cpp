@@ -39,8 +39,8 @@ std::int64_t CoopNavigator::lap(Time& since) {
 Status CoopNavigator::process(std::span<const vision::ImageView> images, Time time, StepReport& report) {
   const std::size_t cameras = estimator_.rig().size();
   if (images.size() != cameras) return Status::invalid_argument;
-  report.estimator = cameras == 2 ? telemetry::Estimator::stereo_least_squares
-                                  : telemetry::Estimator::mono_least_squares;
+  report.estimator =
+      cameras == 2 ? telemetry::Estimator::stereo_least_squares : telemetry::Estimator::mono_least_squares;
   return filter_.has_started() ? track(images, time, report) : acquire(images, time, report);
 }
 
@@ -77,7 +77,8 @@ Status CoopNavigator::acquire(std::span<const vision::ImageView> images, Time ti
     m.feature = o.feature;
     m.camera = o.camera;
     m.uv_px = o.uv_px;
-    if (markers_.push_back(m) != Status::ok || assignment_.marker.push_back(static_cast<std::uint16_t>(i)) != Status::ok) {
+    if (markers_.push_back(m) != Status::ok ||
+        assignment_.marker.push_back(static_cast<std::uint16_t>(i)) != Status::ok) {
       break;
     }
   }

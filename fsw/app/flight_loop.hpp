@@ -95,7 +95,7 @@ class FlightLoop {
 
   std::variant<NoncoopNavigator, CoopNavigator> navigators_;  ///< one at a time: they share their memory
   Navigator* navigator_;                                      ///< the one there is
-  FrameMate mate_;        ///< frames of the second camera
+  FrameMate mate_;                                            ///< frames of the second camera
   FrameChecks checks_;
   FilterWatch watch_;
   TelemetryWriter telemetry_;

@@ -65,8 +65,7 @@ Status CooperativeEstimator::find_minimum(const PoseObservations& observations, 
     }
   }
   AcquiredPose acquired;
-  const Status fresh_status =
-      acquire_pose(rig_, target_, observations, out.used, config_.acquisition, acquired);
+  const Status fresh_status = acquire_pose(rig_, target_, observations, out.used, config_.acquisition, acquired);
   if (fresh_status == Status::ok && (status != Status::ok || acquired.best.chi2 < out.estimate.chi2)) {
     out.estimate = acquired.best;
     out.acquired = true;

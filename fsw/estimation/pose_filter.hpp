@@ -7,10 +7,10 @@
 namespace relnav {
 
 struct PoseFilterConfig {
-  double velocity_sigma_m_s = 0.5;           ///< of the start velocity, each axis
-  double rate_sigma_rad_s = 0.2;             ///< of the start rate
-  ProcessNoise noise{0.05, 0.1};             ///< m/s^1.5, rad/s^1.5: targets under control
-  double gate_chi2 = 35.9;                   ///< six degrees of freedom, 3e-6: a pose beyond contradicts the motion
+  double velocity_sigma_m_s = 0.5;  ///< of the start velocity, each axis
+  double rate_sigma_rad_s = 0.2;    ///< of the start rate
+  ProcessNoise noise{0.05, 0.1};    ///< m/s^1.5, rad/s^1.5: targets under control
+  double gate_chi2 = 35.9;          ///< six degrees of freedom, 3e-6: a pose beyond contradicts the motion
 };
 
 /// Velocity and rate from solved poses: Kalman filter over the rigid-target motion model, poses with their covariances as

@@ -4,10 +4,10 @@
 namespace relnav {
 
 struct OutlierSettings {
-  double alarm_z = 4.0;          ///< chi-square beyond this point (of a normal, 3e-5) is an alarm
-  double gate_sigma = 4.5;       ///< an observation further off than this does not belong to a pose
-  double least_share = 0.6;      ///< of the observations must remain
-  int max_hypotheses = 48;       ///< subsets of four that are tried
+  double alarm_z = 4.0;      ///< chi-square beyond this point (of a normal, 3e-5) is an alarm
+  double gate_sigma = 4.5;   ///< an observation further off than this does not belong to a pose
+  double least_share = 0.6;  ///< of the observations must remain
+  int max_hypotheses = 48;   ///< subsets of four that are tried
   std::uint64_t seed = 1;
 };
 

@@ -127,7 +127,8 @@ Status solve_scaled_pose(const CameraRig& rig, const TargetModel& target, const 
   const Status status = iteration.solve(count, row_of, limits);
   if (status != Status::ok) return status;
   bool sound = true;
-  for (int k = 0; k < 3; ++k) sound = sound && Traits::is_sound(iteration.attitude.g(k)) && Traits::is_sound(iteration.t(k));
+  for (int k = 0; k < 3; ++k)
+    sound = sound && Traits::is_sound(iteration.attitude.g(k)) && Traits::is_sound(iteration.t(k));
   if (!sound) return Status::not_finite;
 
   const RodriguesChart chart =

@@ -14,10 +14,10 @@ struct ExpectedMarker {
 using ExpectedMarkers = BoundedVector<ExpectedMarker, config::max_observations>;
 
 struct SpotTrackingSettings {
-  double gate_chi2 = 16.0;        ///< two degrees of freedom, 3e-4
-  double floor_sigma_px = 0.7;    ///< added to the prediction: the target does not move quite as the filter thinks
-  double model_sigma_px = 0.1;    ///< added to a spot's own sigma: markers are not quite where the model says
-  double least_cosine = 0.1;      ///< of a face towards the camera; beyond it is not expected
+  double gate_chi2 = 16.0;       ///< two degrees of freedom, 3e-4
+  double floor_sigma_px = 0.7;   ///< added to the prediction: the target does not move quite as the filter thinks
+  double model_sigma_px = 0.03;  ///< added to a spot's own sigma: markers are not quite where the model says
+  double least_cosine = 0.1;     ///< of a face towards the camera; beyond it is not expected
 };
 
 /// Markers of a predicted pose that the camera of `camera` should see: in front, inside the image by border_px, faces turned
@@ -28,7 +28,8 @@ void expect_markers(const CameraRig& rig, const TargetModel& target, const Pose&
 
 struct SpotAssignment {
   PoseObservations observations;
-  BoundedVector<std::uint16_t, config::max_observations> marker;  ///< of each observation, position in the expected markers
+  BoundedVector<std::uint16_t, config::max_observations>
+      marker;  ///< of each observation, position in the expected markers
 };
 /// One-to-one assignment of spots to expected markers within the gate, nearest pairs first. The observations carry the spots'
 /// sigmas with model_sigma added.

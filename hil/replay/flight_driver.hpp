@@ -14,10 +14,10 @@ namespace relnav::hil {
 struct FlightSetup {
   app::NavigationKind navigation = app::NavigationKind::noncoop;
   CameraCalibration camera;
-  std::string camera_file;      ///< where it was read, for messages
-  CameraCalibration second;     ///< coop_stereo
+  std::string camera_file;   ///< where it was read, for messages
+  CameraCalibration second;  ///< coop_stereo
   std::string second_file;
-  TargetModel target;           ///< coop_*
+  TargetModel target;  ///< coop_*
   std::string target_file;
   bool rigid_target = true;     ///< noncoop; else: moving camera
   double range_m = 0.0;         ///< start range, which also sets the scale; 0: the configuration's

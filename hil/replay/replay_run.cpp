@@ -88,8 +88,7 @@ ReplayOutcome run_replay(StepDriver& loop, ReplayCamera& camera, const ReplayCam
     if (report.status == Status::ok && is_snapshot(camera.frames_consumed() - 1, camera.frames_listed())) {
       history.snapshots.push_back(snapshot_of(report, camera));
     }
-    const std::string& problem =
-        camera.problem().empty() && second != nullptr ? second->problem() : camera.problem();
+    const std::string& problem = camera.problem().empty() && second != nullptr ? second->problem() : camera.problem();
     if (!problem.empty()) {
       outcome.end = End::bad_image;
       outcome.problem = problem;

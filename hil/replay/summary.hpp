@@ -23,7 +23,8 @@ struct RunDescription {
 
 /// Against the truth: `start` for a free target frame, `none` for one that is known. Nothing without poses or without an epoch in
 /// common.
-[[nodiscard]] std::optional<Evaluation> evaluate_run(const RunHistory& history, const Trajectory& truth, AlignMode align);
+[[nodiscard]] std::optional<Evaluation> evaluate_run(const RunHistory& history, const Trajectory& truth,
+                                                     AlignMode align);
 
 struct TimeFigures {
   double median_us = 0.0, p95_us = 0.0, max_us = 0.0;

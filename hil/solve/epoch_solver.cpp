@@ -37,8 +37,8 @@ Status EpochSolver::solve_narrow(const PoseObservations& observations, const Pos
     start = solution_.estimate.pose;
   }
   const auto run = [&](auto scalar) {
-    return solve_scaled_pose<decltype(scalar)>(estimator_.rig(), estimator_.target(), observations, solution_.used, start,
-                                               setup_.config.acquisition.solver, solution_.estimate);
+    return solve_scaled_pose<decltype(scalar)>(estimator_.rig(), estimator_.target(), observations, solution_.used,
+                                               start, setup_.config.acquisition.solver, solution_.estimate);
   };
   const Status status = setup_.scalar == SolveScalar::in_float ? run(float()) : run(Q16_47());
   if (status == Status::ok && is_alarming(solution_.estimate, setup_.config.outliers)) return Status::inconsistent;
@@ -49,8 +49,8 @@ Status EpochSolver::solve_narrow(const PoseObservations& observations, const Pos
 const app::StepReport& EpochSolver::solve(Time time, const PoseObservations& observations) {
   const auto begin = std::chrono::steady_clock::now();
   const Pose* prior = has_previous_ ? &previous_ : nullptr;
-  const Status status = setup_.scalar == SolveScalar::in_double ? solve_double(observations, prior)
-                                                                : solve_narrow(observations, prior);
+  const Status status =
+      setup_.scalar == SolveScalar::in_double ? solve_double(observations, prior) : solve_narrow(observations, prior);
   report_.times = app::StageTimes();
   report_.times.update_ns =
       std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - begin).count();

@@ -12,7 +12,8 @@ enum class SolveScalar : std::uint8_t { in_double, in_float, in_fixed };
 struct SolveSetup {
   CooperativeConfig config;
   SolveScalar scalar = SolveScalar::in_double;
-  bool switching = true;  ///< of the Rodrigues sets; false: no acquisition after the first epoch either, so that it shows
+  bool switching =
+      true;  ///< of the Rodrigues sets; false: no acquisition after the first epoch either, so that it shows
 };
 
 /// Poses from identified observations, epoch by epoch: what the flight code's estimator says, with the motion filter behind

@@ -37,8 +37,7 @@ ReplayOutcome run_solve(const SolveSetup& setup, const CameraRig& rig, const Tar
   std::uint32_t sequence = 0;
   std::size_t failures = 0;
   for (const ObservationEpoch& epoch : epochs) {
-    const app::StepReport& report =
-        solver.solve(epoch.time, pose_observations(observation_file, epoch, target, rig));
+    const app::StepReport& report = solver.solve(epoch.time, pose_observations(observation_file, epoch, target, rig));
     const FrameRecord record = record_of(report, epoch.time);
     const app::FrameStamp stamp{epoch.time, sequence};
     if (!record.has_pose) {

@@ -50,7 +50,8 @@ struct Options {
 void check(const Options& o) {
   const bool coop = o.mode != "noncoop";
   if (coop && (o.range_m > 0.0 || o.range_sigma_m >= 0.0 || !o.motion.empty()))
-    throw InputError("--mode " + o.mode, 0, "takes no --range, --range-sigma or --motion", "these with --mode noncoop only");
+    throw InputError("--mode " + o.mode, 0, "takes no --range, --range-sigma or --motion",
+                     "these with --mode noncoop only");
   if (!coop && !o.target.empty())
     throw InputError("--mode noncoop", 0, "takes no --target", "--target with a cooperative mode");
   if (!o.tlm.empty()) static_cast<void>(parse_udp_url(o.tlm));

@@ -118,7 +118,9 @@ void add_solve_command(CLI::App& app, int& exit_status) {
       ->add_option("--method", o->method,
                    "coop-mono: rodrigues. coop-stereo: ml (default), motor, orthogonal (closed forms)")
       ->check(CLI::IsMember({"rodrigues", "ml", "motor", "orthogonal"}));
-  command->add_option("--lines", o->lines, "motor: the target's lines (or each feature to the next), or all pairs [target]")
+  command
+      ->add_option("--lines", o->lines,
+                   "motor: the target's lines (or each feature to the next), or all pairs [target]")
       ->check(CLI::IsMember({"target", "all"}));
   const std::map<std::string, SolveScalar> scalars{
       {"double", SolveScalar::in_double}, {"float", SolveScalar::in_float}, {"fixed", SolveScalar::in_fixed}};
@@ -127,8 +129,9 @@ void add_solve_command(CLI::App& app, int& exit_status) {
       ->option_text("double|float|fixed [double]");
   command->add_option("--sigma", o->sigma_px, "Noise of the observations in px, where the file does not say [1]")
       ->check(CLI::PositiveNumber);
-  command->add_flag("--no-switching", o->no_switching,
-                    "coop-mono: stay in one Rodrigues set and take every start from the epoch before, to see what MSR is for");
+  command->add_flag(
+      "--no-switching", o->no_switching,
+      "coop-mono: stay in one Rodrigues set and take every start from the epoch before, to see what MSR is for");
   command->add_flag("--force", o->force, "Use a folder that is not empty; files of an earlier run are replaced");
   command->callback([o, &exit_status] { exit_status = run(*o); });
 }
