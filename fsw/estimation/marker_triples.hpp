@@ -16,6 +16,8 @@ class MarkerTriples {
   struct Triple {
     std::array<std::uint8_t, 3> marker{};
     P3pPoints points;
+    /// Sign of det [ray1 ray2 ray3] whenever all three faces are seen; 0: either.
+    int orientation = 0;
   };
 
   /// invalid_argument: more than max_search_markers, or a value that is not finite; too_few_features: fewer than 4;

@@ -26,7 +26,7 @@ struct AcquiredSpots {
 ///
 /// Limits: a mirrored target is told from the right one by perspective alone, and is excluded as far as the noise lets it
 /// be. Four markers in one camera cannot be told from chance among clutter.
-/// Deterministic; scratch lives in the object (about 0.3 MB).
+/// Deterministic; scratch lives in the object (about 0.15 MB).
 class SpotAcquisition {
  public:
   /// The search of one call ends after max_hypotheses (plus at most those of one spot triple); the next one goes on where it

@@ -18,7 +18,8 @@ constexpr double border_px = 3.0;         // a marker nearer to the edge than th
 constexpr double pi = 3.14159265358979323846;
 /// The fit draws the spots to itself, and a pose from three of them spreads its error: the area in which a spot would have
 /// been taken for the marker is larger than that of its residual.
-constexpr double reach = 3.0;
+constexpr double reach = 4.0;
+constexpr double no_foundation = 1e9;  // false alarms of a pose with fewer than three spots in every camera
 
 struct Pair {
   double e2 = 0.0;  // over the gate, squared
@@ -105,48 +106,83 @@ double largest_residual_px(const SpotScene& scene, const SpotAgreement& a, std::
   return worst;
 }
 
+/// Spots per square pixel that chance could draw from near a predicted image: the denser of the neighbourhood, its own spot
+/// left out, and of the surroundings of the target.
+double density_at(const LightSpots& spots, const Vec2& uv_px, double around_target) {
+  constexpr double radius_px = 24.0;
+  double near = -1.0;
+  for (const LightSpot& s : spots) near += (s.uv_px - uv_px).squaredNorm() < radius_px * radius_px ? 1.0 : 0.0;
+  return std::max(around_target, near / (pi * radius_px * radius_px));
+}
+
+/// Density of the spots in the rectangle that the images fill; `founders` of them do not count.
+double density_around(const SpotScene& scene, const LightSpots& spots, const Images& images, double founders) {
+  Vec2 low(1e9, 1e9), high(-1e9, -1e9);
+  for (std::size_t m = 0; m < scene.target.features.size(); ++m) {
+    if (!images.seen[m]) continue;
+    low = low.cwiseMin(images.uv_px[m]);
+    high = high.cwiseMax(images.uv_px[m]);
+  }
+  if (!(high.x() >= low.x())) return 0.0;
+  const Vec2 margin(2.0 * scene.settings.gate_px, 2.0 * scene.settings.gate_px);
+  low -= margin;
+  high += margin;
+  double inside = 0.0;
+  for (const LightSpot& s : spots) {
+    if ((s.uv_px.array() >= low.array()).all() && (s.uv_px.array() <= high.array()).all()) inside += 1.0;
+  }
+  return std::max(1.0, inside - founders) / ((high.x() - low.x()) * (high.y() - low.y()));
+}
+
+/// Two cameras see the same lights: a light taken for a marker in one of them is met again in the other whenever its
+/// distance happens to be right. The share of the target's depth, as disparity, in which it is.
+double chance_in_depth(const SpotScene& scene, std::size_t camera, const Pose& pose, double noise_px) {
+  double radius = 0.0;
+  for (const TargetFeature& f : scene.target.features) {
+    radius = std::max(radius, (f.p_T - scene.target.features[0].p_T).norm());
+  }
+  const RigCamera& k = scene.rig[camera];
+  const double span_px = k.t_CkC0.norm() * k.model.intrinsics().fu * radius / pose.t_CT.squaredNorm();
+  return std::min(0.5, 4.0 * noise_px / std::max(1e-9, span_px));
+}
+
 /// Fills in all but estimate and observations.
 void judge(const SpotScene& scene, int poses_tried, SpotAgreement& out) {
-  double p = 0.0;
-  int trials = 0, missing = 0;
+  double by_chance = static_cast<double>(scene.rig.size());
+  bool founded = false;
+  int missing = 0;
   std::size_t spots = 0;
   out.expected = 0;
   for (std::size_t c = 0; c < scene.rig.size(); ++c) {
     Images images;
     predict(scene, c, out.estimate.pose, images);
-    Vec2 low(1e9, 1e9), high(-1e9, -1e9);
+    ChanceCount chance;
     std::uint64_t matched = 0;
+    int hits = 0;
     for (const PoseObservation& o : out.observations) {
-      if (o.camera == c) matched |= std::uint64_t{1} << o.feature;
+      if (o.camera != c) continue;
+      matched |= std::uint64_t{1} << o.feature;
+      ++hits;
     }
+    const double around = density_around(scene, scene.spots[c], images, founded ? 0.0 : 3.0);
+    const double noise_px = std::max(scene.settings.model_sigma_px, largest_residual_px(scene, out, c));
+    const double in_depth = chance_in_depth(scene, c, out.estimate.pose, noise_px);
     for (std::size_t m = 0; m < scene.target.features.size(); ++m) {
       const bool has_spot = (matched >> m & 1U) != 0;
-      if (images.seen[m]) {
-        low = low.cwiseMin(images.uv_px[m]);
-        high = high.cwiseMax(images.uv_px[m]);
-      }
       if (images.expected[m]) ++out.expected;
       if (images.expected[m] && !has_spot) ++missing;
-      if (images.expected[m] || has_spot) ++trials;
+      if (!images.expected[m] && !has_spot) continue;
+      const double p = reach * pi * noise_px * noise_px * density_at(scene.spots[c], images.uv_px[m], around);
+      chance.add(founded ? std::max(p, in_depth) : p);
     }
+    // Three spots of the first camera are met by construction; to be careful, those that chance would have met least.
+    const bool founds = !founded && hits >= 3;
+    by_chance *= chance.tail(founds ? 3 : 0, founds ? hits - 3 : hits);
+    founded = founded || founds;
     spots += scene.spots[c].size();
-    if (!(high.x() >= low.x())) continue;
-    // Spots around the target, where clutter is densest, are what chance draws from.
-    const Vec2 margin(2.0 * scene.settings.gate_px, 2.0 * scene.settings.gate_px);
-    low -= margin;
-    high += margin;
-    double inside = 0.0;
-    for (const LightSpot& s : scene.spots[c]) {
-      if ((s.uv_px.array() >= low.array()).all() && (s.uv_px.array() <= high.array()).all()) inside += 1.0;
-    }
-    double noise_px = scene.settings.model_sigma_px;
-    noise_px = std::max(noise_px, largest_residual_px(scene, out, c));
-    const double area = std::max(1.0, (high.x() - low.x()) * (high.y() - low.y()));
-    const double others = std::max(1.0, inside - (c == 0 ? 3.0 : 0.0));
-    p = std::max(p, std::min(1.0, others * reach * pi * noise_px * noise_px / area));
   }
   const auto matched = static_cast<int>(out.observations.size());
-  out.false_alarms = static_cast<double>(std::max(1, poses_tried)) * binomial_tail(trials - 3, matched - 3, p);
+  out.false_alarms = founded ? static_cast<double>(std::max(1, poses_tried)) * by_chance : no_foundation;
   out.whole = missing == 0 && out.observations.size() == spots;
   out.cost = out.estimate.chi2 - scene.settings.spot_worth * static_cast<double>(matched) +
              scene.settings.missing_cost * static_cast<double>(missing);

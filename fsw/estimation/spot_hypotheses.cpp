@@ -3,6 +3,8 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/attitude/so3.hpp"
+
 namespace relnav {
 namespace {
 
@@ -78,8 +80,10 @@ void try_spots(const SpotScene& scene, const MarkerTriples& triples, std::uint16
     const double turn12 = 1.0 - rays[0].dot(rays[1]);
     const double turn13 = 1.0 - rays[0].dot(rays[2]);
     const double turn23 = 1.0 - rays[1].dot(rays[2]);
+    const int orientation = rays[0].dot(cross_matrix(rays[1]) * rays[2]) > 0.0 ? 1 : -1;
     for (std::size_t k = 0; k < triples.size(); ++k) {
       const MarkerTriples::Triple& triple = triples[k];
+      if (triple.orientation == -orientation) continue;
       if (turn12 > triple.points.a12 * half_inverse2 || turn13 > triple.points.a13 * half_inverse2 ||
           turn23 > triple.points.a23 * half_inverse2) {
         continue;

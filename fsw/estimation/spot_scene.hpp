@@ -10,12 +10,12 @@ using RigSpots = std::array<LightSpots, config::max_cameras>;
 
 struct SpotSearchSettings {
   int max_hypotheses = 200000;          ///< three-point problems solved in a call, of those of the main search
-  double gate_px = 4.0;                 ///< around a marker predicted from three spots
+  double gate_px = 5.0;                 ///< around a marker predicted from three spots
   double gate_sigma = 4.0;              ///< around a marker predicted from all of them
   double model_sigma_px = 0.2;          ///< 1 sigma of what the spots' own sigma leaves out; added in square
   double range_min_m = 1.0;             ///< of the origin of T
   double range_max_m = 100.0;           ///<
-  double max_false_alarms = 1e-3;       ///< expected number of equally good poses by chance that is still believed
+  double max_false_alarms = 1e-4;       ///< expected number of equally good poses by chance that is still believed
   double max_false_alarms_whole = 1.0;  ///< the same if every visible marker has a spot and every spot a marker
   double chi2_factor = 1.5;             ///< over the 99 % point up to which the residuals are believed
   double spot_worth = 20.0;             ///< chi-square that one more explained spot outweighs
