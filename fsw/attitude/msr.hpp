@@ -5,7 +5,8 @@ namespace relnav {
 
 /// Rodrigues parameters in one of four sets (Shuster's method of sequential rotations), for any scalar: double, float,
 /// Fixed. R_CT = C(g) R^(i); conventions and source as in RodriguesChart, which is for filters; this is for iterations.
-/// While each correction is followed by switch_if_due(), every |g_k| <= 1 at rest and no intermediate result exceeds 4.
+/// While each correction is followed by switch_if_due(), every |g_k| <= 1 at rest. With corrections of |dg_k| <= 1/2 and
+/// dg'g <= 1/2 no |g_k| exceeds 5 in between.
 template <typename S>
 struct GibbsSet {
   using Vector = Eigen::Matrix<S, 3, 1>;

@@ -228,6 +228,8 @@ Status acquire_pose(const CameraRig& rig, const TargetModel& target, const PoseO
     status = solve_pose(rig, target, observations, used, start, settings.solver, e);
     if (status == Status::ok) {
       minima.offer(e);
+    } else if (status == Status::invalid_argument) {
+      return status;  // of any camera: what follows takes the indices for granted
     } else {
       last = status;
     }

@@ -21,7 +21,7 @@ struct AcquisitionSettings {
 /// Pose from identified observations, any attitude, no prior. Two starts from the scaled orthographic image of the
 /// feature's principal plane (the two signs of what it leaves open: DeMenthon, Davis, IJCV 15, 1995; Oberkampf, DeMenthon,
 /// Davis, CVIU 63(3), 1996), in a camera turned to the features; both are refined by solve_pose() and the better is kept.
-/// If neither fits, `fallback_starts` attitudes spread over SO(3). Bounded: at most 2 + fallback_starts solutions.
+/// If neither fits, 24 attitudes spread over SO(3). Bounded: at most 26 solutions.
 /// Planar and distant targets have two minima: see AcquiredPose::ambiguous.
 /// ok; too_few_features: fewer than 4 in the camera that sees most of them; rank_deficient: they lie on a line;
 /// no_convergence: no start led anywhere; else as solve_pose().

@@ -20,11 +20,12 @@ struct PoseRow {
 /// When to stop. Lengths are in the unit of t.
 template <typename S>
 struct IterationLimits {
-  int max_iterations = 30;
+  int max_iterations = 100;
   S gain;                 ///< converged once a step improves the cost by less: with whitened rows, squared sigmas
   S step;                 ///< or once no component of a step exceeds this (half angle in rad, length)
   S cost_slack;           ///< rounding error of the cost, relative and absolute
   S least_pivot;          ///< under which the normal equations count as singular, relative
+  S fair_gain = S(0);     ///< good enough when max_iterations are over
   bool switching = true;  ///< false: stay in the first set, to show what MSR is for
 };
 
@@ -52,17 +53,32 @@ class PoseIteration {
     Status status = linearise(count, row_of);
     if (status != Status::ok) return status;
     S damping(0);
+    Step d_plain;
+    S gain_plain(0);
+    S gain(0);
+    S next_factor(1);
+    bool plain = false;  // the last step was one as solved, taken, and is d_plain
     for (iterations_ = 1; iterations_ <= limits.max_iterations; ++iterations_) {
       status = equations_.factorise(damping, limits.least_pivot);
       if (status != Status::ok) return status;
-      S gain;
-      const Step d = shortened(equations_.solution(gain));
+      Step d = equations_.solution(gain);
+      // The last step needs no look back: it is inside the noise, and so is what it could spoil.
+      const bool converged = gain < limits.gain || is_small(d, limits.step);
+      // Steps that shrink slowly (two minima about to merge: a plane seen face on) go on like a geometric series: its sum.
+      S factor = next_factor;
+      next_factor = S(1);
+      const S rate = plain ? equations_.descent(d_plain) / gain_plain : S(0);
+      if (magnitude(rate) > S(slow_rate)) factor = S(1) / (S(1) - (rate < S(most_rate) ? rate : S(most_rate)));
+      d *= factor;
+      const S kept = shortening(d, limits.switching);
+      d *= kept;
+      plain = !(damping > S(0)) && !(factor < S(1)) && !(factor > S(1)) && !(kept < S(1)) && gain > S(0);
+      d_plain = d;
+      gain_plain = gain;
       const GibbsSet<S> attitude_before = attitude;
       const Vector t_before = t;
       const NormalEquations<S, 6> equations_before = equations_;
       apply(d, limits.switching);
-      // The last step needs no look back: it is inside the noise, and so is what it could spoil.
-      const bool converged = gain < limits.gain || is_small(d, limits.step);
       if (converged && !(damping > S(0))) return Status::ok;
       status = linearise(count, row_of);
       const S& before = equations_before.cost();
@@ -70,13 +86,21 @@ class PoseIteration {
         damping = damping > S(least_damping) ? damping * S(0.1) : S(0);
         continue;
       }
+      // Too far, seen by the slope where it led: as far as the secant says. Damping is for what that does not help.
+      const S overshoot = plain && status == Status::ok ? -equations_.descent(d) / gain : S(0);
       attitude = attitude_before;
       t = t_before;
       equations_ = equations_before;
+      plain = false;
+      if (overshoot > S(0) && overshoot < S(most_overshoot)) {
+        next_factor = S(1) / (S(1) + overshoot);
+        continue;
+      }
       damping = damping > S(0) ? damping * S(10.0) : S(first_damping);
       if (damping > S(most_damping)) return Status::no_convergence;
     }
-    return Status::no_convergence;
+    iterations_ = limits.max_iterations;
+    return !(damping > S(fair_damping)) && gain < limits.fair_gain ? Status::ok : Status::no_convergence;
   }
   /// Cost and covariance where attitude and t stand. rank_deficient, or what row_of says.
   template <typename RowOf>
@@ -111,7 +135,11 @@ class PoseIteration {
   static constexpr double least_damping = 1e-6;
   static constexpr double first_damping = 1e-3;
   static constexpr double most_damping = 1e6;
-  static constexpr double largest_dg = 0.5;  ///< of a component; keeps dg'g of (10) below 1 within MSR's bound
+  static constexpr double fair_damping = 0.1;    ///< up to which a small gain still means a near optimum
+  static constexpr double slow_rate = 0.5;       ///< of successive steps, from which on they are summed
+  static constexpr double most_rate = 0.99;      ///< at most 100 steps in one
+  static constexpr double most_overshoot = 4.0;  ///< of a step's gain; beyond, far from the optimum, it is damped
+  static constexpr double largest_dg = 0.5;  ///< of a component of a step, and of dg'g: keeps (10) away from its pole
 
   template <typename RowOf>
   Status linearise(int count, const RowOf& row_of) {
@@ -134,14 +162,16 @@ class PoseIteration {
     return Status::ok;
   }
   [[nodiscard]] static S magnitude(const S& value) { return value < S(0) ? -value : value; }
-  [[nodiscard]] static Step shortened(const Step& d) {
+  /// Share of a step that may be taken.
+  [[nodiscard]] S shortening(const Step& d, bool switching) const {
     S largest(0);
-    for (int k = 0; k < 3; ++k) largest = magnitude(d(k)) > largest ? magnitude(d(k)) : largest;
-    if (!(largest > S(largest_dg))) return d;
-    const S scale = S(largest_dg) / largest;
-    Step out;
-    for (int k = 0; k < 6; ++k) out(k) = scale * d(k);
-    return out;
+    S product(0);
+    for (int k = 0; k < 3; ++k) {
+      largest = magnitude(d(k)) > largest ? magnitude(d(k)) : largest;
+      product += d(k) * attitude.g(k);
+    }
+    if (switching && product > largest) largest = product;  // without it g has no bound and the pole is met anyway
+    return largest > S(largest_dg) ? S(largest_dg) / largest : S(1);
   }
   [[nodiscard]] static bool is_small(const Step& d, const S& bound) {
     for (int k = 0; k < 6; ++k) {

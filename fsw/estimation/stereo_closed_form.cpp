@@ -12,6 +12,8 @@ constexpr std::size_t least_points = 3;
 constexpr double least_pivot = 1e-13;
 /// Mean over the lines of 1 - cos(angle between directions), about, under which they count as parallel.
 constexpr double least_gap = 1e-9;
+/// Of the angle at A in a triple (A, B, C), under which three points count as lying on a line.
+constexpr double least_sine = 1e-6;
 constexpr std::size_t absent = config::max_observations;
 
 /// Normalised, undistorted.
@@ -109,8 +111,11 @@ Status solve_orthogonal(const StereoPoints& points, Pose& out) {
     const auto triad = [&](const auto& p, std::array<Vec3, 3>& axes) {
       axes[0] = p[(i + 1) % n] - p[i];
       axes[1] = p[(i + 2) % n] - p[i];
+      axes[0].normalize();
+      axes[1].normalize();
       axes[2] = Line::cross(axes[0], axes[1]);
-      for (Vec3& axis : axes) axis.normalize();
+      // On a line there is no normal, only rounding errors: leave them as small as they are.
+      if (axes[2].norm() > least_sine) axes[2].normalize();
     };
     std::array<Vec3, 3> axes_T;
     std::array<Vec3, 3> axes_C;

@@ -25,7 +25,10 @@ class Fixed {
     const double scaled = value * static_cast<double>(one);
     constexpr double bound = 9223372036854774784.0;  // largest double under 2^63
     if (scaled >= -bound && scaled <= bound) {
-      raw_ = static_cast<std::int64_t>(scaled + (scaled < 0.0 ? -0.5 : 0.5));
+      raw_ = static_cast<std::int64_t>(scaled);
+      const double rest = scaled - static_cast<double>(raw_);  // exact, where scaled + 0.5 would be rounded
+      if (rest >= 0.5) ++raw_;
+      if (rest <= -0.5) --raw_;
     } else {
       raw_ = scaled > 0.0 ? most : (scaled < 0.0 ? -most : 0);
       overflowed_ = true;

@@ -81,6 +81,12 @@ class NormalEquations {
     }
     return d;
   }
+  /// d'b: half of the cost's slope against d. For the previous step over its gain: by how much steps shrink.
+  [[nodiscard]] S descent(const Vector& d) const {
+    S sum(0);
+    for (std::size_t k = 0; k < n; ++k) sum += d(static_cast<Eigen::Index>(k)) * b_[k];
+    return sum;
+  }
   /// Of the factorised matrix: L^-T D^-1 L^-1, symmetric.
   [[nodiscard]] Matrix inverse() const {
     std::array<std::array<S, n>, n> M{};  // L^-1, unit lower triangle

@@ -27,7 +27,12 @@ void symmetric_eigen(Eigen::Matrix<S, N, N>& A, Eigen::Matrix<S, N, N>& V) {
         rotated = true;
         // tan of the smaller angle that makes the element zero: t = sign(gap) 2 off / (|gap| + sqrt(gap^2 + 4 off^2)).
         const S two_off = off + off;
-        const S root = sqrt(gap * gap + two_off * two_off);
+        // The squares relative to the larger one: they would leave the range of small elements, first in fixed point.
+        const S width = gap < S(0) ? -gap : gap;
+        const S height = size + size;
+        const S larger = width < height ? height : width;
+        const S ratio = (width < height ? width : height) / larger;
+        const S root = larger * sqrt(S(1) + ratio * ratio);
         const S t = gap < S(0) ? -two_off / (root - gap) : two_off / (root + gap);
         const S c = S(1) / sqrt(S(1) + t * t);
         const S s = t * c;

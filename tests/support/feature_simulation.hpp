@@ -9,6 +9,7 @@
 #include "fsw/attitude/so3.hpp"
 #include "fsw/base/generator.hpp"
 #include "fsw/estimation/noncoop_filter.hpp"
+#include "tests/support/normal.hpp"
 
 namespace relnav::test {
 
@@ -25,28 +26,6 @@ struct TargetMotion {
   Vec3 omega_C = Vec3::Zero();
   double acceleration_psd = 0.0;  ///< m/s^1.5
   double angular_psd = 0.0;       ///< rad/s^1.5
-};
-
-/// Normally distributed numbers from the project's generator (sum of twelve uniforms: bounded tails, exact variance).
-class Normal {
- public:
-  explicit Normal(std::uint64_t seed) : generator_(seed, 77) {}
-  double operator()() {
-    // Box-Muller; test code may use the standard library.
-    const double u = (generator_.next() + 1.0) * 0x1p-32;
-    const double v = generator_.uniform();
-    return std::sqrt(-2.0 * std::log(u)) * std::cos(6.283185307179586 * v);
-  }
-  Vec3 vec3() {
-    const double x = (*this)();
-    const double y = (*this)();
-    const double z = (*this)();
-    return {x, y, z};
-  }
-  Generator& generator() { return generator_; }
-
- private:
-  Generator generator_;
 };
 
 /// Random points on the surface of a six-sided box of about 1 m half width (a satellite's bus).

@@ -1,0 +1,191 @@
+// NormalEquations against Eigen's decompositions.
+#include "fsw/math/normal_equations.hpp"
+
+#include <Eigen/Dense>
+#include <cmath>
+#include <cstdio>
+#include <limits>
+
+#include "fsw/base/generator.hpp"
+#include "fsw/math/fixed.hpp"
+
+#include <CppUTest/TestHarness.h>
+
+namespace relnav {
+namespace {
+
+constexpr std::uint64_t seed = 271828;
+constexpr int rows = 16;
+
+template <int N>
+struct Problem {
+  Eigen::Matrix<double, rows, N> J;
+  Eigen::Matrix<double, rows, 1> r;
+};
+
+/// Columns scaled by 1 .. 1 / spread, the last one nearly a combination of the others by `dependence` (1: independent).
+template <int N>
+Problem<N> random_problem(Generator& generator, double spread, double dependence) {
+  Problem<N> p;
+  const auto unit = [&] { return 2.0 * generator.uniform() - 1.0; };
+  for (int i = 0; i < rows; ++i) {
+    for (int k = 0; k < N; ++k) p.J(i, k) = unit();
+    p.r(i) = unit();
+  }
+  p.J.col(N - 1) = dependence * p.J.col(N - 1) + (1.0 - dependence) * p.J.leftCols(N - 1).rowwise().sum();
+  for (int k = 0; k < N; ++k) p.J.col(k) *= std::pow(spread, -static_cast<double>(k) / (N - 1));
+  return p;
+}
+
+template <typename S, int N>
+NormalEquations<S, N> equations_of(const Problem<N>& p) {
+  NormalEquations<S, N> e;
+  e.clear();
+  for (int i = 0; i < rows; ++i) {
+    std::array<S, static_cast<std::size_t>(N)> j;
+    for (int k = 0; k < N; ++k) j[static_cast<std::size_t>(k)] = S(p.J(i, k));
+    e.add(j, S(p.r(i)));
+  }
+  return e;
+}
+
+struct Errors {
+  double solution = 0.0;  ///< relative to the norm, over the condition number of the column-scaled matrix
+  double inverse = 0.0;
+  double gain = 0.0;
+  double cost = 0.0;
+};
+
+template <typename S, int N>
+Errors largest_errors(double spread, double dependence, double damping) {
+  Generator generator(seed);
+  Errors out;
+  for (int trial = 0; trial < 400; ++trial) {
+    const Problem<N> p = random_problem<N>(generator, spread, dependence);
+    NormalEquations<S, N> e = equations_of<S, N>(p);
+    CHECK(e.factorise(S(damping), S(0)) == Status::ok);
+    S gain;
+    const auto d = e.solution(gain);
+    const auto P = e.inverse();
+
+    Eigen::Matrix<double, N, N> A = p.J.transpose() * p.J;
+    const Eigen::Matrix<double, N, 1> b = p.J.transpose() * p.r;
+    A.diagonal() *= 1.0 + damping;
+    // Error bounds of the factorisation go with the condition of the matrix scaled to unit diagonal (van der Sluis).
+    const Eigen::Matrix<double, N, 1> scale = A.diagonal().cwiseSqrt().cwiseInverse();
+    const Eigen::Matrix<double, N, N> scaled = scale.asDiagonal() * A * scale.asDiagonal();
+    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, N, N>> eigen(scaled);
+    const double condition = eigen.eigenvalues()(N - 1) / eigen.eigenvalues()(0);
+    const Eigen::LDLT<Eigen::Matrix<double, N, N>> ldlt(scaled);
+    const Eigen::Matrix<double, N, 1> z = ldlt.solve(Eigen::Matrix<double, N, 1>(scale.cwiseProduct(b)));
+    const Eigen::Matrix<double, N, N> Q = ldlt.solve(Eigen::Matrix<double, N, N>::Identity());
+
+    double d_error = 0.0;
+    double P_error = 0.0;
+    for (int r = 0; r < N; ++r) {
+      d_error = std::max(d_error, std::fabs(static_cast<double>(d(r)) / scale(r) - z(r)));
+      for (int c = 0; c < N; ++c) {
+        P_error = std::max(P_error, std::fabs(static_cast<double>(P(r, c)) / (scale(r) * scale(c)) - Q(r, c)));
+        CHECK(P(r, c) == P(c, r));
+      }
+    }
+    const double z_size = z.norm() + ldlt.solve(Eigen::Matrix<double, N, 1>::Ones().eval()).norm() / condition;
+    out.solution = std::max(out.solution, d_error / z_size / condition);
+    out.inverse = std::max(out.inverse, P_error / Q.norm() / condition);
+    const double expected_gain = z.dot(scale.cwiseProduct(b));
+    out.gain = std::max(out.gain, std::fabs(static_cast<double>(gain) - expected_gain) / condition);
+    out.cost = std::max(out.cost, std::fabs(static_cast<double>(e.cost()) - p.r.squaredNorm()));
+  }
+  return out;
+}
+
+void check(const char* name, const Errors& e, double bound) {
+  std::printf("    %s: errors over condition: solution %.1e, inverse %.1e, gain %.1e; cost %.1e\n", name, e.solution,
+              e.inverse, e.gain, e.cost);
+  CHECK(e.solution < bound);
+  CHECK(e.inverse < bound);
+  CHECK(e.gain < bound);
+  CHECK(e.cost < 16 * bound);
+}
+
+TEST_GROUP(SmallNormalEquations){};
+
+TEST(SmallNormalEquations, agree_with_eigen_in_double) {
+  check("well conditioned", largest_errors<double, 6>(1.0, 1.0, 0.0), 2e-15);
+  check("three unknowns", largest_errors<double, 3>(1.0, 1.0, 0.0), 2e-15);
+  check("damped", largest_errors<double, 6>(10.0, 1.0, 0.3), 2e-15);
+  check("columns of very different size", largest_errors<double, 6>(1e6, 1.0, 0.0), 2e-15);
+  check("nearly dependent columns", largest_errors<double, 6>(1.0, 1e-4, 0.0), 2e-15);
+}
+
+TEST(SmallNormalEquations, agree_with_eigen_in_float_and_fixed) {
+  check("float", largest_errors<float, 6>(1.0, 1.0, 0.0), 1e-6);
+  check("float, columns of very different size", largest_errors<float, 6>(1e4, 1.0, 0.0), 1e-6);
+  check("fixed", largest_errors<Q16_47, 6>(1.0, 1.0, 0.0), 5e-14);
+  check("fixed, nearly dependent columns", largest_errors<Q16_47, 6>(1.0, 0.05, 0.0), 5e-14);
+}
+
+TEST(SmallNormalEquations, dependent_columns_are_rank_deficient) {
+  Generator generator(seed + 1);
+  for (int trial = 0; trial < 400; ++trial) {
+    Problem<6> p = random_problem<6>(generator, 1.0, 0.0);
+    NormalEquations<double, 6> e = equations_of<double, 6>(p);
+    CHECK(e.factorise(0.0, 1e-13) == Status::rank_deficient);
+    NormalEquations<float, 6> f = equations_of<float, 6>(p);
+    CHECK(f.factorise(0.0F, 1e-5F) == Status::rank_deficient);
+    NormalEquations<Q16_47, 6> q = equations_of<Q16_47, 6>(p);
+    CHECK(q.factorise(Q16_47(0), Q16_47(1e-11)) == Status::rank_deficient);
+    // The same limits let good ones pass, and damping makes the bad ones good.
+    CHECK(e.factorise(1e-3, 1e-13) == Status::ok);
+    p = random_problem<6>(generator, 1.0, 1.0);
+    e = equations_of<double, 6>(p);
+    CHECK(e.factorise(0.0, 1e-13) == Status::ok);
+  }
+}
+
+TEST(SmallNormalEquations, the_limit_is_relative_to_the_diagonal_element) {
+  // 1 - rho^2 is what elimination leaves of the last diagonal element, whatever its size.
+  for (const double size : {1e-6, 1.0, 1e6}) {
+    NormalEquations<double, 3> e;
+    e.clear();
+    e.add({1.0, 0.0, size}, 0.0);
+    e.add({0.0, 1.0, 0.0}, 0.0);
+    e.add({0.0, 0.0, 0.01 * size}, 0.0);  // pivot / diagonal = 1e-4 / 1.0001
+    CHECK(e.factorise(0.0, 0.9e-4) == Status::ok);
+    CHECK(e.factorise(0.0, 1.1e-4) == Status::rank_deficient);
+  }
+}
+
+TEST(SmallNormalEquations, nothing_and_not_a_number_are_rank_deficient) {
+  NormalEquations<double, 3> e;
+  e.clear();
+  CHECK(e.factorise(0.0, 1e-13) == Status::rank_deficient);
+  CHECK(e.factorise(1.0, 1e-13) == Status::rank_deficient);
+  e.add({1.0, 0.0, 0.0}, 1.0);
+  e.add({0.0, std::numeric_limits<double>::quiet_NaN(), 0.0}, 1.0);
+  e.add({0.0, 0.0, 1.0}, 1.0);
+  CHECK(e.factorise(0.0, 1e-13) == Status::rank_deficient);
+}
+
+TEST(SmallNormalEquations, cost_is_the_sum_of_squares_and_what_was_added) {
+  NormalEquations<double, 3> e;
+  e.clear();
+  e.add({1.0, 0.0, 0.0}, 3.0);
+  e.add({0.0, 2.0, 0.0}, -4.0);
+  e.add({0.0, 0.0, 4.0}, 1.0);
+  e.add_cost(0.5);
+  CHECK(e.cost() == 26.5);
+  CHECK(e.factorise(0.0, 1e-13) == Status::ok);
+  double gain = 0.0;
+  const auto d = e.solution(gain);
+  CHECK(d(0) == 3.0);
+  CHECK(d(1) == -2.0);
+  CHECK(d(2) == 0.25);
+  CHECK(gain == 26.0);
+  e.clear();
+  CHECK(e.cost() == 0.0);
+  CHECK(e.factorise(0.0, 1e-13) == Status::rank_deficient);
+}
+
+}  // namespace
+}  // namespace relnav
