@@ -55,7 +55,9 @@ Status CoopNavigator::acquire(std::span<const vision::ImageView> images, Time ti
   report.times.detect_ns += lap(since);
   const CameraRig& rig = estimator_.rig();
   Status status = acquisition_.acquire(rig, config_.target, spots_, config_.search, {}, acquired_);
-  if (status == Status::ok && acquired_.ambiguous && config_.expected_cone_rad > 0.0) {
+  // What the spots alone leave open, or too close to chance, the expected attitude may decide.
+  const bool undecided = status == Status::no_data || (status == Status::ok && acquired_.ambiguous);
+  if (undecided && config_.expected_cone_rad > 0.0) {
     acquisition_.restart();
     const AttitudePrior expected{true, config_.expected_R_CT, config_.expected_cone_rad};
     status = acquisition_.acquire(rig, config_.target, spots_, config_.search, expected, acquired_);
