@@ -25,8 +25,8 @@ enum class [[nodiscard]] Status : std::uint8_t{
     not_finite,             ///< a NaN or infinity was met
     crc_mismatch,           ///< checksum over the received bytes is wrong
     unsupported,            ///< well formed, but not something this build can do
-  ambiguous,              ///< another answer explains the data as well
-  inconsistent,           ///< the data contradict each other or the model: chi-square alarm
+    ambiguous,              ///< another answer explains the data as well
+    inconsistent,           ///< the data contradict each other or the model: chi-square alarm
 };
 
 /// Stable English identifier, for events and logs.

@@ -57,10 +57,11 @@ TEST_GROUP(Replay) {
   }
   ReplayOutcome run(ReplayCamera & camera, FakeLoop & loop, std::size_t stop_after = 1000) {
     RunFiles files(prepare_run_folder(scratch.path("out"), true));
-    return run_replay(loop, camera, nullptr, files, history, [&](std::size_t done, std::size_t, const app::StepReport&) {
-      ++shown;
-      return done < stop_after;
-    });
+    return run_replay(loop, camera, nullptr, files, history,
+                      [&](std::size_t done, std::size_t, const app::StepReport&) {
+                        ++shown;
+                        return done < stop_after;
+                      });
   }
   std::size_t lines(const std::string& name) { return read_lines(scratch.path("out/" + name)).size(); }
 };
