@@ -8,12 +8,10 @@ Status FrameMate::start() {
 }
 
 Status FrameMate::stop() {
-  if (has_waiting_) {
-    has_waiting_ = false;
-    const Status released = camera_->release(waiting_);
-    if (released != Status::ok) return released;
-  }
-  return camera_->stop();
+  const Status released = has_waiting_ ? camera_->release(waiting_) : Status::ok;
+  has_waiting_ = false;
+  const Status stopped = camera_->stop();
+  return released != Status::ok ? released : stopped;
 }
 
 Status FrameMate::acquire(Time time, Duration tolerance, Duration wait, hal::Frame& frame) {

@@ -127,3 +127,11 @@ TEST(FrameMate, StopGivesTheWaitingFrameBack) {
   CHECK_TRUE(mate.release(frame) == Status::ok);
   CHECK_TRUE(mate.release(frame) == Status::stale_handle);
 }
+
+TEST(FrameMate, StopStopsTheCameraEvenIfItKeepsTheFrame) {
+  script({150.0});
+  CHECK_TRUE(acquire(100.0) == Status::timeout);
+  camera.fail_releases(Status::device_lost);
+  CHECK_TRUE(mate.stop() == Status::device_lost);
+  CHECK_FALSE(camera.streaming());
+}
