@@ -87,12 +87,14 @@ TEST_GROUP(CoopNavigator) {
   Scene scene;
   int frame = 0;
 
-  void configure(const CameraRig& rig, const TargetModel& target, double expected_cone_rad = 0.6) {
+  void configure(const CameraRig& rig, const TargetModel& target, double expected_cone_rad = 0.6,
+                 double filter_gate_chi2 = PoseFilterConfig().gate_chi2) {
     scene.rig = rig;
     scene.target = target;
     CoopNavigatorConfig config;
     config.target = target;
     config.expected_cone_rad = expected_cone_rad;
+    config.filter.gate_chi2 = filter_gate_chi2;
     CHECK_TRUE(navigator->configure(config, rig) == Status::ok);
   }
   [[nodiscard]] Time time() const { return Time{1'000'000'000 + std::int64_t{frame} * 100'000'000}; }
@@ -230,6 +232,35 @@ TEST(CoopNavigator, WithoutSpotsTheStateIsThePredictedOne) {
   check_pose();
   navigator->restart();
   CHECK_FALSE(navigator->has_started());
+}
+
+TEST(CoopNavigator, TooFewSpotsGiveNoPose) {
+  configure(test::one_camera(), test::eight_leds());
+  scene.render();
+  CHECK_TRUE(process() == Status::ok);
+  next();
+  scene.render({0, 1, 2, 3, 4});  // three left: up to four poses
+  CHECK_TRUE(process() == Status::ok);
+  LONGS_EQUAL(3, report->matched);
+  LONGS_EQUAL(0, report->inliers);
+  next();
+  scene.render({0, 1, 2, 3});
+  CHECK_TRUE(process() == Status::ok);
+  LONGS_EQUAL(4, report->inliers);
+}
+
+TEST(CoopNavigator, APoseTheFilterRefusesIsNotUsed) {
+  configure(test::one_camera(), test::eight_leds(), 0.6, 1e-9);
+  scene.render();
+  CHECK_TRUE(process() == Status::ok);
+  const Vec3 t_CT = report->state.t_CT;
+  next();
+  scene.render();
+  CHECK_TRUE(process() == Status::ok);
+  LONGS_EQUAL(8, report->matched);
+  LONGS_EQUAL(0, report->inliers);
+  LONGS_EQUAL(8, count(FeatureUse::rejected));
+  CHECK_TRUE((report->state.t_CT - t_CT).norm() < 1e-12);  // at rest, as it started
 }
 
 TEST(CoopNavigator, NothingToSeeIsNoTarget) {
