@@ -152,6 +152,37 @@ TEST(CooperativeEstimator, a_square_is_ambiguous_until_a_prior_decides) {
   }
 }
 
+/// Nearly flat and near: the mirrored pose is a minimum still, but one that does not fit.
+TEST(CooperativeEstimator, a_prior_in_a_wrong_minimum_does_not_hold_it) {
+  const CameraRig rig = test::mono_rig(test::pinhole());
+  std::vector<Vec3> points = test::square(0.5);
+  for (const Vec3& p : test::square(0.3)) points.push_back(reference_dcm(Vec3::UnitZ(), 0.5) * p);
+  points[1].z() = points[6].z() = 0.06;
+  points[4].z() = -0.04;
+  const TargetModel target = test::target_of(points);
+  configure(rig, target);
+  test::Normal rng(9);
+  int trapped = 0;
+  for (int k = 0; k < 30; ++k) {
+    Pose truth;
+    truth.R_CT = reference_dcm(Vec3(std::cos(0.2 * k), std::sin(0.2 * k), 0.0), 0.6);
+    truth.t_CT = Vec3(0.3, -0.2, 8.0);
+    const PoseObservations seen = test::see_all(rig, target, truth, sigma_px, rng);
+    Pose prior = truth;
+    prior.R_CT = reference_dcm(Vec3(std::cos(0.2 * k), std::sin(0.2 * k), 0.0), -0.6);
+    PoseEstimate from_prior;
+    if (solve_pose(rig, target, seen, test::all_used(), prior, {}, from_prior) == Status::ok &&
+        is_alarming(from_prior, {})) {
+      ++trapped;
+    }
+    CHECK(estimator->solve(seen, &prior, out) == Status::ok);
+    CHECK(sigmas_between(out.estimate, test::reference_optimum(rig, target, seen, truth)) < 1e-4);
+    LONGS_EQUAL(8, out.estimate.used);
+    CHECK(out.acquired);
+  }
+  CHECK(trapped > 20);
+}
+
 TEST(CooperativeEstimator, a_square_before_two_cameras_is_not_ambiguous) {
   const CameraRig rig = two_cameras();
   const TargetModel target = test::target_of(test::square(0.5));
