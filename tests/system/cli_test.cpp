@@ -89,6 +89,7 @@ TEST(Cli, UnusableArgumentsAreStatus2WithOneLine) {
   check_unusable("replay --dataset x --mode noncoop --out y --range nan",
                  "--range: 'nan' (expected a positive number of metres)");
   check_unusable("replay --dataset x --mode noncoop --out y --motion sideways", "sideways");
+  check_unusable("replay --dataset x --mode noncoop --out y --rate fast", "fast not in {max,real}");
   check_unusable("replay --dataset x --mode noncoop --out y --tlm http://h:1", "expected udp://HOST:PORT");
   check_unusable("replay --dataset x --mode coop-mono --out y", "x: is no folder");
   check_unusable("replay --dataset x --mode coop-mono --out y --range 5", "takes no --range");
