@@ -1,7 +1,6 @@
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <memory>
 #include <optional>
 
@@ -43,7 +42,7 @@ struct Options {
   double range_sigma_m = -1.0;
   std::string out;
   std::string tlm;
-  Pace pace = Pace::max;
+  std::string rate = "max";
   bool force = false;
 };
 
@@ -117,12 +116,13 @@ int run(const Options& o) {
   const RunDescription description = description_of(o, setup, images.size());
 
   platform::host::SteadyClock clock;
-  ReplayCamera camera(std::move(images), description.width_px, description.height_px, clock, o.pace);
+  const Pace pace = o.rate == "real" ? Pace::real : Pace::max;
+  ReplayCamera camera(std::move(images), description.width_px, description.height_px, clock, pace);
   std::optional<ReplayCamera> second;
   if (stereo) {
     const CameraIntrinsics& c = setup.second.intrinsics;
     second.emplace(images_of("cam1"), static_cast<std::uint32_t>(c.width_px), static_cast<std::uint32_t>(c.height_px),
-                   clock, o.pace);
+                   clock, pace);
   }
   ReplayCamera* const mate = second ? &*second : nullptr;
   TelemetryLink link;
@@ -178,10 +178,8 @@ void add_replay_command(CLI::App& app, int& exit_status) {
       ->check(metres("non-negative", [](double value) { return value >= 0.0; }));
   command->add_option("--out", o->out, "Folder for the results")->required();
   command->add_option("--tlm", o->tlm, "Also send telemetry to udp://HOST:PORT");
-  const std::map<std::string, Pace> paces{{"max", Pace::max}, {"real", Pace::real}};
-  command->add_option("--rate", o->pace, "As fast as possible, or as fast as the frames came")
-      ->transform(CLI::CheckedTransformer(paces))
-      ->option_text("max|real [max]");
+  command->add_option("--rate", o->rate, "As fast as possible, or as fast as the frames came [max]")
+      ->check(CLI::IsMember({"max", "real"}));
   command->add_flag("--force", o->force, "Use a folder that is not empty; files of an earlier run are replaced");
   command->callback([o, &exit_status] { exit_status = run(*o); });
 }

@@ -1,6 +1,6 @@
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
-#include <map>
 #include <memory>
 
 #include "hil/io/camera_rig_file.hpp"
@@ -18,6 +18,17 @@
 namespace relnav::hil {
 namespace {
 
+/// CLI11's own check takes NaN for positive.
+CLI::Validator positive_px() {
+  return CLI::Validator(
+      [](std::string& text) {
+        double value = 0.0;
+        const bool good = CLI::detail::lexical_cast(text, value) && std::isfinite(value) && value > 0.0;
+        return good ? std::string() : "'" + text + "' (expected a positive number of pixels)";
+      },
+      "PX");
+}
+
 struct Options {
   std::string mode;
   std::vector<std::string> cameras;
@@ -26,7 +37,7 @@ struct Options {
   std::string out;
   std::string method;
   std::string lines = "target";
-  SolveScalar scalar = SolveScalar::in_double;
+  std::string scalar = "double";
   double sigma_px = 1.0;
   bool no_switching = false;
   bool force = false;
@@ -45,13 +56,14 @@ SolveSetup setup_of(const Options& o) {
                      stereo ? "ml, motor or orthogonal" : "rodrigues");
   if (o.no_switching && stereo)
     throw InputError("--no-switching", 0, "is not one of --mode coop-stereo", "--mode coop-mono");
-  if (o.scalar != SolveScalar::in_double && closed_form)
+  if (o.scalar != "double" && closed_form)
     throw InputError("--scalar", 0, "the closed forms run in double here", "--scalar double, or --method ml");
   SolveSetup setup;
   if (method == "motor") setup.config.method = CooperativeMethod::motor;
   if (method == "orthogonal") setup.config.method = CooperativeMethod::orthogonal;
   setup.config.lines = o.lines == "all" ? MotorLines::all : MotorLines::target;
-  setup.scalar = o.scalar;
+  if (o.scalar == "float") setup.scalar = SolveScalar::in_float;
+  if (o.scalar == "fixed") setup.scalar = SolveScalar::in_fixed;
   setup.switching = !o.no_switching;
   return setup;
 }
@@ -122,13 +134,10 @@ void add_solve_command(CLI::App& app, int& exit_status) {
       ->add_option("--lines", o->lines,
                    "motor: the target's lines (or each feature to the next), or all pairs [target]")
       ->check(CLI::IsMember({"target", "all"}));
-  const std::map<std::string, SolveScalar> scalars{
-      {"double", SolveScalar::in_double}, {"float", SolveScalar::in_float}, {"fixed", SolveScalar::in_fixed}};
-  command->add_option("--scalar", o->scalar, "Arithmetic of the iteration; fixed: Q16.47")
-      ->transform(CLI::CheckedTransformer(scalars))
-      ->option_text("double|float|fixed [double]");
+  command->add_option("--scalar", o->scalar, "Arithmetic of the iteration; fixed: Q16.47 [double]")
+      ->check(CLI::IsMember({"double", "float", "fixed"}));
   command->add_option("--sigma", o->sigma_px, "Noise of the observations in px, where the file does not say [1]")
-      ->check(CLI::PositiveNumber);
+      ->check(positive_px());
   command->add_flag(
       "--no-switching", o->no_switching,
       "coop-mono: stay in one Rodrigues set and take every start from the epoch before, to see what MSR is for");

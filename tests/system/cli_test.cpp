@@ -1,11 +1,15 @@
 /// The relnav tool as a user meets it: exit status, one line on stderr, files.
 #include <sys/wait.h>
 
+#include <algorithm>
 #include <cstdio>
 #include <filesystem>
 #include <fstream>
+#include <initializer_list>
 #include <iterator>
 
+#include "hil/evaluate/rotation.hpp"
+#include "hil/io/covariance_csv.hpp"
 #include "hil/io/image.hpp"
 #include "hil/io/trajectory.hpp"
 #include "tests/unit/hil/scratch.hpp"
@@ -67,7 +71,7 @@ TEST_GROUP(Cli) {
 };
 
 TEST(Cli, HelpOnEveryLevel) {
-  for (const char* level : {"", "replay ", "evaluate ", "tlm ", "tlm decode "}) {
+  for (const char* level : {"", "replay ", "solve ", "evaluate ", "tlm ", "tlm decode "}) {
     const Run run = tool(std::string(level) + "--help");
     CHECK_EQUAL_TEXT(0, run.exit_status, level);
     CHECK_TEXT(run.out.find("Usage:") != std::string::npos, level);
@@ -85,8 +89,10 @@ TEST(Cli, UnusableArgumentsAreStatus2WithOneLine) {
   check_unusable("replay --dataset x --mode noncoop --out y --range nan",
                  "--range: 'nan' (expected a positive number of metres)");
   check_unusable("replay --dataset x --mode noncoop --out y --motion sideways", "sideways");
+  check_unusable("replay --dataset x --mode noncoop --out y --rate fast", "fast not in {max,real}");
   check_unusable("replay --dataset x --mode noncoop --out y --tlm http://h:1", "expected udp://HOST:PORT");
-  check_unusable("replay --dataset x --mode coop-mono --out y", "not in this build yet");
+  check_unusable("replay --dataset x --mode coop-mono --out y", "x: is no folder");
+  check_unusable("replay --dataset x --mode coop-mono --out y --range 5", "takes no --range");
   check_unusable("tlm decode " + scratch.path("none.bin"), "none.bin: cannot be opened");
 }
 
@@ -163,4 +169,171 @@ TEST(Cli, ReplayStopsAtABadImageAndKeepsWhatWasDone) {
   CHECK_TEXT(run.err.find("100300000000.png: no PNG signature") != std::string::npos, run.err.c_str());
   const std::string timing = text_of(scratch.path("out/timing.csv"));
   CHECK_TEXT(timing.find("100200000000,") != std::string::npos, timing.c_str());
+}
+
+namespace {
+
+const char* const run_files[] = {"trajectory.tum", "covariance.csv", "telemetry.bin", "events.log",
+                                 "timing.csv",     "summary.json",   "report.html"};
+
+}  // namespace
+
+TEST_GROUP(CliSolve) {
+  Scratch scratch;
+  const std::string mono = scratch.path("mono");
+  const std::string stereo = scratch.path("stereo");
+  const std::string out = scratch.path("out");
+
+  void setup() override {
+    LONGS_EQUAL(0, relnav_tool(scratch, "scenario random --count 40 --out " + mono).exit_status);
+    LONGS_EQUAL(0, relnav_tool(scratch, "scenario stereo-pose --count 1 --out " + stereo).exit_status);
+  }
+  std::string mono_files(const std::string& cameras = "") const {
+    return "solve --mode coop-mono --camera " + mono + "/cam0.yaml " + cameras + " --target " + mono +
+           "/target.yaml --observations " + mono + "/observations.csv --out ";
+  }
+  std::string stereo_files(const std::string& cameras) const {
+    return "solve --mode coop-stereo " + cameras + " --target " + stereo + "/target.yaml --observations " + stereo +
+           "/observations.csv --out ";
+  }
+  std::string both_cameras() const { return "--camera " + stereo + "/cam0.yaml --camera " + stereo + "/cam1.yaml"; }
+
+  void check_done(const std::string& command, const std::string& folder, std::size_t epochs) {
+    const Run run = relnav_tool(scratch, command);
+    LONGS_EQUAL_TEXT(0, run.exit_status, (command + "\n" + run.err).c_str());
+    CHECK_TEXT(run.err.empty(), run.err.c_str());
+    for (const char* name : run_files) CHECK_TEXT(std::filesystem::exists(folder + "/" + name), name);
+    LONGS_EQUAL_TEXT(epochs, relnav::hil::read_trajectory(folder + "/trajectory.tum").size(), command.c_str());
+    LONGS_EQUAL(0, relnav_tool(scratch, "tlm decode " + folder + "/telemetry.bin").exit_status);
+  }
+  /// Exit status 2, one line with every piece, no output folder.
+  void check_refused(const std::string& command, std::initializer_list<const char*> pieces) {
+    const Run run = relnav_tool(scratch, command);
+    const std::string text = command + "\n" + run.err;
+    LONGS_EQUAL_TEXT(2, run.exit_status, text.c_str());
+    CHECK_TEXT(is_one_line(run.err), text.c_str());
+    for (const char* piece : pieces) CHECK_TEXT(run.err.find(piece) != std::string::npos, text.c_str());
+    CHECK_TEXT(!std::filesystem::exists(out), command.c_str());
+  }
+  /// The mono scenario with the value of a column in its first row replaced (line 2 of the file).
+  void check_row_refused(std::size_t column, const std::string& value, std::initializer_list<const char*> pieces) {
+    std::string text = text_of(mono + "/observations.csv");
+    std::size_t begin = text.find('\n') + 1;
+    for (std::size_t i = 0; i < column; ++i) begin = text.find(',', begin) + 1;
+    text.replace(begin, text.find_first_of(",\n", begin) - begin, value);
+    const std::string file = scratch.write("bad.csv", text);
+    check_refused("solve --mode coop-mono --camera " + mono + "/cam0.yaml --target " + mono +
+                      "/target.yaml --observations " + file + " --out " + out,
+                  pieces);
+  }
+  /// Largest difference between two runs' poses, over the sigma of each component.
+  double largest_difference_sigma(const std::string& a, const std::string& b) const {
+    const auto p = relnav::hil::read_trajectory(a + "/trajectory.tum");
+    const auto q = relnav::hil::read_trajectory(b + "/trajectory.tum");
+    const auto covariances = relnav::hil::read_covariances(a + "/covariance.csv");
+    LONGS_EQUAL(p.size(), q.size());
+    LONGS_EQUAL(p.size(), covariances.size());
+    double largest = 0.0;
+    for (std::size_t i = 0; i < p.size(); ++i) {
+      relnav::Vec6 d;
+      d << p[i].t_CT - q[i].t_CT, relnav::hil::rotation_vector(p[i].R_CT * q[i].R_CT.transpose());
+      largest = std::max(largest, d.cwiseAbs().cwiseQuotient(covariances[i].P.diagonal().cwiseSqrt()).maxCoeff());
+    }
+    return largest;
+  }
+};
+
+TEST(CliSolve, OneCameraGivesAPoseAnEpochAndEveryFile) {
+  check_done(mono_files() + out, out, 40);
+  CHECK(text_of(out + "/summary.json").find("\"evaluation\"") != std::string::npos);
+}
+
+TEST(CliSolve, TwoCamerasWithEveryMethod) {
+  for (const char* method : {"ml", "motor", "orthogonal"}) {
+    const std::string folder = scratch.path(method);
+    check_done(stereo_files(both_cameras()) + folder + " --method " + method, folder, 66);
+  }
+  check_done(stereo_files(both_cameras()) + out + " --method motor --lines all", out, 66);
+}
+
+TEST(CliSolve, UnusableArgumentsLeaveNoFolder) {
+  const std::string one = "--camera " + stereo + "/cam0.yaml";
+  check_refused(stereo_files(one) + out, {"--mode coop-stereo", "1 camera", "expected 2 --camera"});
+  check_refused(mono_files("--camera " + mono + "/cam0.yaml") + out,
+                {"--mode coop-mono", "2 camera files given", "expected 1 --camera"});
+  check_refused(mono_files() + out + " --method ml", {"--method ml", "coop-mono", "expected rodrigues"});
+  check_refused(stereo_files(both_cameras()) + out + " --method rodrigues",
+                {"--method rodrigues", "coop-stereo", "expected ml, motor or orthogonal"});
+  check_refused(stereo_files(both_cameras()) + out + " --no-switching",
+                {"--no-switching", "coop-stereo", "expected --mode coop-mono"});
+  check_refused(stereo_files(both_cameras()) + out + " --method motor --scalar fixed", {"--scalar", "double"});
+  check_refused(mono_files() + out + " --scalar half", {"--scalar", "half not in {double,float,fixed}"});
+  check_refused(mono_files() + out + " --sigma 0", {"--sigma", "'0' (expected a positive number of pixels)"});
+  check_refused(mono_files() + out + " --sigma nan", {"--sigma", "'nan' (expected a positive number of pixels)"});
+}
+
+TEST(CliSolve, UnusableInputIsNamedWithItsPlaceAndLeavesNoFolder) {
+  check_row_refused(2, "99", {"bad.csv:2:", "feature 99 is not in the target model", "expected ids"});
+  check_row_refused(1, "1", {"bad.csv:2:", "camera 1 has no camera file", "expected cam 0"});
+  check_row_refused(5, "0", {"bad.csv:2:", "sigma is '0'", "expected a positive number"});
+  check_row_refused(5, "nan", {"bad.csv:2:", "sigma is 'nan'", "expected a finite number"});
+  check_row_refused(3, "nan", {"bad.csv:2:", "u is 'nan'", "expected a finite number"});
+  check_row_refused(4, "1e9", {"bad.csv:2:", "outside of camera 0's image", "expected a pixel of"});
+  const std::string twice = scratch.write(
+      "twice.yaml",
+      "features:\n  - {id: 0, xyz: [0, 0, 0]}\n  - {id: 1, xyz: [1, 0, 0]}\n  - {id: 1, xyz: [0, 1, 0]}\n");
+  check_refused("solve --mode coop-mono --camera " + mono + "/cam0.yaml --target " + twice + " --observations " + mono +
+                    "/observations.csv --out " + out,
+                {"twice.yaml:4:", "1", "expected"});
+  check_refused("solve --mode coop-mono --camera " + mono + "/cam0.yaml --target " + mono +
+                    "/target.yaml --observations " + scratch.path("none.csv") + " --out " + out,
+                {"none.csv: cannot be opened"});
+}
+
+TEST(CliSolve, NarrowArithmeticAgreesWithDouble) {
+  const std::string as_double = scratch.path("double");
+  const std::string as_float = scratch.path("float");
+  const std::string as_fixed = scratch.path("fixed");
+  check_done(mono_files() + as_double, as_double, 40);
+  check_done(mono_files() + as_float + " --scalar float", as_float, 40);
+  check_done(mono_files() + as_fixed + " --scalar fixed", as_fixed, 40);
+  const double of_float = largest_difference_sigma(as_double, as_float);
+  const double of_fixed = largest_difference_sigma(as_double, as_fixed);
+  std::printf("difference from double over sigma: float %.2e, fixed %.2e\n", of_float, of_fixed);
+  CHECK(of_float > 0.0);  // it was another arithmetic
+  CHECK(of_float <= 1e-3);
+  CHECK(of_fixed <= 1e-6);
+}
+
+// A target that turns slowly through 180 deg: without switching, fixed point has no numbers for it.
+TEST(CliSolve, NoSwitching) {
+  const std::string table1 = scratch.path("table1");
+  LONGS_EQUAL(0, relnav_tool(scratch, "scenario table1 --count 600 --out " + table1).exit_status);
+  const std::string files = "solve --mode coop-mono --camera " + table1 + "/cam0.yaml --target " + table1 +
+                            "/target.yaml --observations " + table1 + "/observations.csv --out ";
+  const auto poses = [&](const std::string& options) {
+    static_cast<void>(relnav_tool(scratch, files + out + " --force " + options));
+    return relnav::hil::read_trajectory(out + "/trajectory.tum").size();
+  };
+  LONGS_EQUAL(600, poses(""));
+  LONGS_EQUAL(600, poses("--no-switching"));
+  LONGS_EQUAL(600, poses("--scalar fixed"));
+  CHECK(poses("--scalar fixed --no-switching") < 600);
+}
+
+TEST(Cli, ReplayOfACooperativeTargetRefusesWhatIsNotMeantForIt) {
+  const std::string set = make_dataset(scratch, 3);
+  const std::string out = scratch.path("out");
+  const std::string coop = "replay --mode coop-mono --out " + out + " --dataset " + set;
+  check_unusable(coop, "set/target.yaml: cannot be opened");
+  check_unusable(coop + " --target " + scratch.path("mine.yaml"), "mine.yaml: cannot be opened");
+  check_unusable(coop + " --range 5", "--mode coop-mono: takes no --range");
+  check_unusable(coop + " --motion camera", "takes no --range, --range-sigma or --motion");
+  check_unusable("replay --mode noncoop --target t.yaml --out " + out + " --dataset " + set,
+                 "--mode noncoop: takes no --target");
+  scratch.write("set/target.yaml",
+                "features: [{id: 0, xyz: [0, 0, 0]}, {id: 1, xyz: [1, 0, 0]}, {id: 2, xyz: [0, 1, 0]}, "
+                "{id: 3, xyz: [0, 0, 1]}]\n");
+  check_unusable("replay --mode coop-stereo --out " + out + " --dataset " + set, "cam1/sensor.yaml: cannot be opened");
+  CHECK(!std::filesystem::exists(out));
 }
