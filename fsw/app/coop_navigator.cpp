@@ -59,7 +59,7 @@ Status CoopNavigator::acquire(std::span<const vision::ImageView> images, Time ti
   const bool undecided = status == Status::no_data || (status == Status::ok && acquired_.ambiguous);
   if (undecided && config_.expected_cone_rad > 0.0) {
     acquisition_.restart();
-    const AttitudePrior expected{true, config_.expected_R_CT, config_.expected_cone_rad};
+    const AttitudePrior expected{true, config_.R_CT_expected, config_.expected_cone_rad};
     status = acquisition_.acquire(rig, config_.target, spots_, config_.search, expected, acquired_);
   }
   report.times.match_ns += lap(since);

@@ -21,7 +21,7 @@ struct CoopNavigatorConfig {
   /// Decides between poses that a symmetric layout leaves open, and helps where spots alone are too close to chance; not used
   /// otherwise. Default: the target's axes near the camera's, as in an approach. Zero: such a target is never acquired.
   double expected_cone_rad = 0.6;
-  Mat3 expected_R_CT = Mat3::Identity();
+  Mat3 R_CT_expected = Mat3::Identity();
   std::uint16_t min_observations = 4;  ///< of a frame that gives a pose
 };
 

@@ -63,13 +63,13 @@ vision::ImageView view_of(const hal::Frame& frame) {
 }
 
 /// False: the intrinsics are unusable, or the image larger than config.hpp allows.
-bool add_camera(const CameraIntrinsics& intrinsics, const Mat3& R_CkC0, const Vec3& t_CkC0, CameraRig& rig) {
+bool add_camera(const CameraIntrinsics& intrinsics, const Mat3& R_KC, const Vec3& t_KC, CameraRig& rig) {
   const Expected<CameraModel> model = CameraModel::create(intrinsics);
   if (!model || static_cast<std::size_t>(intrinsics.width_px) > config::max_image_width ||
       static_cast<std::size_t>(intrinsics.height_px) > config::max_image_height) {
     return false;
   }
-  return rig.push_back({model.value(), R_CkC0, t_CkC0}) == Status::ok;
+  return rig.push_back({model.value(), R_KC, t_KC}) == Status::ok;
 }
 
 bool is_prediction_valid(Status update) {

@@ -205,9 +205,9 @@ Status orthographic_starts(const CameraRig& rig, const TargetModel& target, cons
     const Vec3 middle_A(depth * cluster.middle_xy.x(), depth * cluster.middle_xy.y(), depth);
     const Mat3 R_KT = cluster.R_AC.transpose() * R_AT;
     const Vec3 t_KT = cluster.R_AC.transpose() * (middle_A - R_AT * cluster.middle_T);
-    const Mat3 R_CK = rig[camera].R_CkC0.transpose();
+    const Mat3 R_CK = rig[camera].R_KC.transpose();
     starts[k].R_CT = R_CK * R_KT;
-    starts[k].t_CT = R_CK * (t_KT - rig[camera].t_CkC0);
+    starts[k].t_CT = R_CK * (t_KT - rig[camera].t_KC);
     alpha = -alpha;
     beta = -beta;
   }

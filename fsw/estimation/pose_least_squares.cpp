@@ -41,9 +41,9 @@ class PixelRows {
       if (status != Status::ok) return status;
       row.J = J_uv_p;
     } else {
-      const Status status = camera.model.project(Vec3(camera.R_CkC0 * p_C + camera.t_CkC0), uv_px, J_uv_p);
+      const Status status = camera.model.project(Vec3(camera.R_KC * p_C + camera.t_KC), uv_px, J_uv_p);
       if (status != Status::ok) return status;
-      row.J = J_uv_p * camera.R_CkC0;
+      row.J = J_uv_p * camera.R_KC;
     }
     double weight = 1.0 / o.sigma_px;
     row.r = weight * (o.uv_px - uv_px);
@@ -146,7 +146,7 @@ Status whitened_residual(const CameraRig& rig, const TargetModel& target, const 
   const Vec3 p_C = pose.R_CT * target.features[observation.feature].p_T + pose.t_CT;
   const RigCamera& camera = rig[observation.camera];
   Vec2 uv_px;
-  const Status status = camera.model.project(Vec3(camera.R_CkC0 * p_C + camera.t_CkC0), uv_px);
+  const Status status = camera.model.project(Vec3(camera.R_KC * p_C + camera.t_KC), uv_px);
   if (status != Status::ok) return status;
   residual = (observation.uv_px - uv_px) / observation.sigma_px;
   return Status::ok;

@@ -59,8 +59,8 @@ Status solve_scaled_pose(const CameraRig& rig, const TargetModel& target, const 
   std::array<Eigen::Matrix<S, 3, 3>, config::max_cameras> R_KC;
   std::array<Vector3, config::max_cameras> t_KC;
   for (std::size_t k = 0; k < rig.size(); ++k) {
-    R_KC[k] = rig[k].R_CkC0.cast<S>();
-    t_KC[k] = Vec3(rig[k].t_CkC0 / length).cast<S>();
+    R_KC[k] = rig[k].R_KC.cast<S>();
+    t_KC[k] = Vec3(rig[k].t_KC / length).cast<S>();
   }
   double least_sigma = 0.0;
   for (std::size_t i = 0; i < observations.size(); ++i) {

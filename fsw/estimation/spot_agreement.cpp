@@ -142,7 +142,7 @@ double chance_in_depth(const SpotScene& scene, std::size_t camera, const Pose& p
     radius = std::max(radius, (f.p_T - scene.target.features[0].p_T).norm());
   }
   const RigCamera& k = scene.rig[camera];
-  const double span_px = k.t_CkC0.norm() * k.model.intrinsics().fu * radius / pose.t_CT.squaredNorm();
+  const double span_px = k.t_KC.norm() * k.model.intrinsics().fu * radius / pose.t_CT.squaredNorm();
   return std::min(0.5, 4.0 * noise_px / std::max(1e-9, span_px));
 }
 

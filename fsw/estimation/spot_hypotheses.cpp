@@ -73,7 +73,7 @@ void try_spots(const SpotScene& scene, const MarkerTriples& triples, std::uint16
   for (const TargetFeature& f : scene.target.features) radius2 = std::max(radius2, f.p_T.squaredNorm());
   // No marker is nearer than this, which bounds the angle between two of them.
   const RigCamera& rig_camera = scene.rig[camera];
-  const double nearest = scene.settings.range_min_m - std::sqrt(radius2) - rig_camera.t_CkC0.norm();
+  const double nearest = scene.settings.range_min_m - std::sqrt(radius2) - rig_camera.t_KC.norm();
   const double half_inverse2 = nearest > 0.0 ? 0.5 / (nearest * nearest) : 1e300;
   for (const auto& order : orders) {
     const std::array<Vec3, 3> rays{field.ray(spots[order[0]]), field.ray(spots[order[1]]), field.ray(spots[order[2]])};

@@ -44,11 +44,11 @@ struct SpotScene {
 
 /// The pose of T in camera k of the rig.
 [[nodiscard]] inline Pose in_camera(const RigCamera& camera, const Pose& pose) {
-  return {camera.R_CkC0 * pose.R_CT, camera.R_CkC0 * pose.t_CT + camera.t_CkC0};
+  return {camera.R_KC * pose.R_CT, camera.R_KC * pose.t_CT + camera.t_KC};
 }
 /// And back: from the pose of T in camera k to that in C0.
 [[nodiscard]] inline Pose from_camera(const RigCamera& camera, const Pose& pose) {
-  return {camera.R_CkC0.transpose() * pose.R_CT, camera.R_CkC0.transpose() * (pose.t_CT - camera.t_CkC0)};
+  return {camera.R_KC.transpose() * pose.R_CT, camera.R_KC.transpose() * (pose.t_CT - camera.t_KC)};
 }
 /// Where a camera stands in T, from the pose of T in it.
 [[nodiscard]] inline Vec3 camera_centre_T(const Pose& pose) { return -(pose.R_CT.transpose() * pose.t_CT); }

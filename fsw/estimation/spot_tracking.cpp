@@ -17,15 +17,14 @@ void expect_markers(const CameraRig& rig, const TargetModel& target, const Pose&
     const Vec3 X_r = pose.R_CT * f.p_T;
     ExpectedMarker m;
     Mat23 J_uv_p;
-    if (seen_by.model.project(Vec3(seen_by.R_CkC0 * (X_r + pose.t_CT) + seen_by.t_CkC0), m.uv_px, J_uv_p) !=
-        Status::ok) {
+    if (seen_by.model.project(Vec3(seen_by.R_KC * (X_r + pose.t_CT) + seen_by.t_KC), m.uv_px, J_uv_p) != Status::ok) {
       continue;
     }
     if (!seen_by.model.in_image(m.uv_px, border_px)) continue;
     m.feature = static_cast<std::uint16_t>(i);
     m.camera = camera;
     Mat<2, 6> J;  // of [dt dphi]
-    J.leftCols<3>() = J_uv_p * seen_by.R_CkC0;
+    J.leftCols<3>() = J_uv_p * seen_by.R_KC;
     J.rightCols<3>() = -(J.leftCols<3>() * cross_matrix(X_r));
     const Mat<2, 6> JP = J.lazyProduct(pose_covariance);
     m.S_px2 = JP.lazyProduct(J.transpose());

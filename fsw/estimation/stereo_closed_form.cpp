@@ -76,7 +76,7 @@ Status triangulate_features(const CameraRig& rig, const TargetModel& target, con
     if (status == Status::ok) status = image_of(rig[1], observations[seen[1][f]].uv_px, xy_1);
     if (status != Status::ok) return status;
     Vec3 p_C;
-    status = triangulate<double>(xy_0, xy_1, rig[1].R_CkC0, rig[1].t_CkC0, least_pivot, p_C);
+    status = triangulate<double>(xy_0, xy_1, rig[1].R_KC, rig[1].t_KC, least_pivot, p_C);
     if (status != Status::ok || !(p_C.z() > 0.0)) continue;
     // As many points as features at most: there is room.
     RELNAV_ASSERT(points.feature.push_back(static_cast<std::uint16_t>(f)) == Status::ok);

@@ -5,11 +5,11 @@
 
 namespace relnav {
 
-/// A camera and where it stands: p_Ck = R_CkC0 p_C0 + t_CkC0 (m). The first camera of a rig is C0 itself.
+/// A camera and where it stands: p_K = R_KC p_C0 + t_KC (m). The first camera of a rig is C0 itself.
 struct RigCamera {
   CameraModel model;
-  Mat3 R_CkC0 = Mat3::Identity();
-  Vec3 t_CkC0 = Vec3::Zero();
+  Mat3 R_KC = Mat3::Identity();
+  Vec3 t_KC = Vec3::Zero();
 };
 
 /// Cameras that see the same target at the same time. Poses are those of T in C0.

@@ -7,11 +7,11 @@
 namespace relnav {
 
 /// Point from its images in two cameras by linear least squares on the two projections: 4 equations, 3 unknowns (Chen, Chen,
-/// Wang 2015, (1)). xy: normalised, undistorted image coordinates. First camera: C itself; second: p_2 = R_2C p_C + t_2C.
+/// Wang 2015, (1)). xy: normalised, undistorted image coordinates. First camera: C itself; second: p_2 = R_KC p_C + t_KC.
 /// rank_deficient: the two rays are parallel, or the cameras stand in one place.
 template <typename S>
 Status triangulate(const Eigen::Matrix<S, 2, 1>& xy_1, const Eigen::Matrix<S, 2, 1>& xy_2,
-                   const Eigen::Matrix<S, 3, 3>& R_2C, const Eigen::Matrix<S, 3, 1>& t_2C, const S& least_pivot,
+                   const Eigen::Matrix<S, 3, 3>& R_KC, const Eigen::Matrix<S, 3, 1>& t_KC, const S& least_pivot,
                    Eigen::Matrix<S, 3, 1>& p_C) {
   NormalEquations<S, 3> equations;
   equations.clear();
@@ -19,8 +19,8 @@ Status triangulate(const Eigen::Matrix<S, 2, 1>& xy_1, const Eigen::Matrix<S, 2,
     const S zero(0);
     equations.add({k == 0 ? S(-1) : zero, k == 1 ? S(-1) : zero, xy_1(k)}, zero);
     const S& v = xy_2(k);
-    equations.add({v * R_2C(2, 0) - R_2C(k, 0), v * R_2C(2, 1) - R_2C(k, 1), v * R_2C(2, 2) - R_2C(k, 2)},
-                  t_2C(k) - v * t_2C(2));
+    equations.add({v * R_KC(2, 0) - R_KC(k, 0), v * R_KC(2, 1) - R_KC(k, 1), v * R_KC(2, 2) - R_KC(k, 2)},
+                  t_KC(k) - v * t_KC(2));
   }
   const Status status = equations.factorise(S(0), least_pivot);
   if (status != Status::ok) return status;

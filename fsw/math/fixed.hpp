@@ -152,7 +152,7 @@ class Fixed {
 };
 
 /// What the solvers use: lengths over the range, model points over the target's size, attitudes in MSR's bounds.
-using Q16_47 = Fixed<47>;
+using FixedQ47 = Fixed<47>;
 
 }  // namespace relnav
 
@@ -164,6 +164,7 @@ struct NumTraits<relnav::Fixed<FractionBits>> : GenericNumTraits<relnav::Fixed<F
   using NonInteger = relnav::Fixed<FractionBits>;
   using Nested = relnav::Fixed<FractionBits>;
   using Literal = relnav::Fixed<FractionBits>;
+  // NOLINTBEGIN(readability-identifier-naming): Eigen's names
   enum {
     IsComplex = 0,
     IsInteger = 0,
@@ -173,6 +174,7 @@ struct NumTraits<relnav::Fixed<FractionBits>> : GenericNumTraits<relnav::Fixed<F
     AddCost = 4,
     MulCost = 12,
   };
+  // NOLINTEND(readability-identifier-naming)
 };
 
 }  // namespace Eigen

@@ -43,8 +43,8 @@ CameraRig camera_rig_of(const std::vector<CameraCalibration>& cameras, const std
     camera.model = model.value();
     if (i > 0) {
       const Mat3 R_CkB = rotation_of(cameras[i]).transpose();
-      camera.R_CkC0 = R_CkB * R_BC0;
-      camera.t_CkC0 = R_CkB * (t_BC0 - Vec3(cameras[i].T_BC.topRightCorner<3, 1>()));
+      camera.R_KC = R_CkB * R_BC0;
+      camera.t_KC = R_CkB * (t_BC0 - Vec3(cameras[i].T_BC.topRightCorner<3, 1>()));
     }
     if (rig.push_back(camera) != Status::ok)
       throw InputError(names[i], 0, "too many cameras", "at most " + std::to_string(config::max_cameras));

@@ -49,8 +49,8 @@ void set_up_cooperative(const FlightSetup& setup, app::FlightLoopConfig& config)
   check_camera(setup.second.intrinsics, setup.second_file);
   const CameraRig rig = camera_rig_of({setup.camera, setup.second}, {setup.camera_file, setup.second_file});
   config.second.intrinsics = setup.second.intrinsics;
-  config.second.R_C1C0 = rig[1].R_CkC0;
-  config.second.t_C1C0 = rig[1].t_CkC0;
+  config.second.R_C1C0 = rig[1].R_KC;
+  config.second.t_C1C0 = rig[1].t_KC;
 }
 
 }  // namespace

@@ -28,7 +28,7 @@ ScenarioRecorder::ScenarioRecorder(Scenario& scenario, std::uint64_t seed)
 bool ScenarioRecorder::see(const TimedPose& pose, std::size_t camera, std::size_t feature, Vec2& uv_px) const {
   const RigCamera& c = rig_[camera];
   const Vec3 p_C0 = pose.R_CT * scenario_.target.features[feature].p_T + pose.t_CT;
-  return c.model.project(Vec3(c.R_CkC0 * p_C0 + c.t_CkC0), uv_px) == Status::ok;
+  return c.model.project(Vec3(c.R_KC * p_C0 + c.t_KC), uv_px) == Status::ok;
 }
 
 void ScenarioRecorder::add(const TimedPose& pose, const std::vector<std::size_t>& features, double sigma_px) {

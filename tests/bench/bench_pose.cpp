@@ -86,7 +86,7 @@ Problem make_problem(bool planar, bool stereo) {
         PoseObservation o;
         o.feature = static_cast<std::uint16_t>(i);
         o.camera = static_cast<std::uint16_t>(c);
-        check(p.rig[c].model.project(Vec3(v.truth.R_CT * points[i] + v.truth.t_CT + p.rig[c].t_CkC0), o.uv_px));
+        check(p.rig[c].model.project(Vec3(v.truth.R_CT * points[i] + v.truth.t_CT + p.rig[c].t_KC), o.uv_px));
         o.uv_px += 0.87 * Vec2(unit(), unit());
         o.sigma_px = 0.5;
         check(v.seen.push_back(o));

@@ -86,8 +86,8 @@ struct Recording {
     const hil::CameraCalibration calibration = hil::read_camera_file(folder + "/sensor.yaml", 1);
     const CameraRig rig = hil::camera_rig_of({first, calibration}, {"cam0", "cam1"});
     second.intrinsics = calibration.intrinsics;
-    second.R_C1C0 = rig[1].R_CkC0;
-    second.t_C1C0 = rig[1].t_CkC0;
+    second.R_C1C0 = rig[1].R_KC;
+    second.t_C1C0 = rig[1].t_KC;
     second_entries = hil::read_image_list(folder);
   }
 };

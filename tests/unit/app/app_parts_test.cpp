@@ -54,7 +54,9 @@ TEST_GROUP(FilterWatch) {
     state->reset(MotionState(), P);
     watch.configure({.max_refused_in_a_row = 3, .max_test_ratio = 5.0, .max_test_ratio_frames = 4});
   }
-  Status judge(const app::UpdateSummary& update = {}) { return watch.judge(app::check_variances(*state), output, update); }
+  Status judge(const app::UpdateSummary& update = {}) {
+    return watch.judge(app::check_variances(*state), output, update);
+  }
 };
 
 TEST(FilterWatch, BelievesASoundFilter) {

@@ -162,7 +162,7 @@ TEST(GibbsSets, a_switch_bounds_every_component_and_keeps_the_attitude) {
 TEST(GibbsSets, float_and_fixed_hold_the_bound_too) {
   const SwitchReport f = switch_samples<float>(400000, 1e30);
   // Fixed point: as far as its range reaches; squares of g in dcm() reach 65536 at |g| of about 128.
-  const SwitchReport q = switch_samples<Q16_47>(100000, 100.0);
+  const SwitchReport q = switch_samples<FixedQ47>(100000, 100.0);
   std::printf("    float: %d switches, dcm kept to %.1e; fixed: %d switches, dcm kept to %.1e\n", f.switches, f.dcm,
               q.switches, q.dcm);
   CHECK(f.switches > 100000);
@@ -173,12 +173,12 @@ TEST(GibbsSets, float_and_fixed_hold_the_bound_too) {
 
 TEST(GibbsSets, fixed_point_at_the_bound_is_exact) {
   // A last place beyond 1, with companions as large: the quotients must not round beyond 1.
-  const Q16_47 beyond = Q16_47::from_raw((std::int64_t{1} << 47) + 1);
-  GibbsSet<Q16_47> a;
+  const FixedQ47 beyond = FixedQ47::from_raw((std::int64_t{1} << 47) + 1);
+  GibbsSet<FixedQ47> a;
   a.g = {beyond, -beyond, beyond};
   CHECK(a.switch_if_due());
   for (int k = 0; k < 3; ++k) {
-    CHECK(abs(a.g(k)) <= Q16_47(1));
+    CHECK(abs(a.g(k)) <= FixedQ47(1));
     CHECK_FALSE(a.g(k).overflowed());
   }
   CHECK_FALSE(a.switch_if_due());

@@ -28,7 +28,7 @@ CameraRig two_cameras(double extrinsics_error_deg = 0.0) {
   const Mat3 R_10 = reference_dcm(Vec3(0.1, 1.0, 0.0), 0.12);
   CameraRig rig = test::stereo_rig(test::pinhole(), test::distorted(DistortionModel::radial_tangential), R_10,
                                    Vec3(0.8, 0.05, -0.02));
-  rig[1].R_CkC0 = reference_dcm(Vec3::UnitY(), extrinsics_error_deg / degrees_per_radian) * rig[1].R_CkC0;
+  rig[1].R_KC = reference_dcm(Vec3::UnitY(), extrinsics_error_deg / degrees_per_radian) * rig[1].R_KC;
   return rig;
 }
 

@@ -482,8 +482,8 @@ IterationLimits<float> default_limits<float>() {
   return limits_of<float>(0.0, 2e-5, 1e-7, 1e-6);
 }
 template <>
-IterationLimits<Q16_47> default_limits<Q16_47>() {
-  return limits_of<Q16_47>(0.0, 1e-10, 1e-12, 1e-9);
+IterationLimits<FixedQ47> default_limits<FixedQ47>() {
+  return limits_of<FixedQ47>(0.0, 1e-10, 1e-12, 1e-9);
 }
 
 template <typename S>
@@ -531,7 +531,7 @@ TEST(PoseLeastSquares, float_and_fixed_point_agree_with_double) {
     const Pose start = nearby(scene.truth, rng, 0.03);
     const Pose reference = solved<double>(scene, start);
     const Vec6 f = test::pose_difference(reference, solved<float>(scene, start));
-    const Vec6 q = test::pose_difference(reference, solved<Q16_47>(scene, start));
+    const Vec6 q = test::pose_difference(reference, solved<FixedQ47>(scene, start));
     in_float = in_float.cwiseMax(Vec2(f.tail<3>().norm(), f.head<3>().norm()));
     in_fixed = in_fixed.cwiseMax(Vec2(q.tail<3>().norm(), q.head<3>().norm()));
   }
@@ -547,7 +547,7 @@ struct Turn {
 };
 
 bool is_saturated(const GibbsSet<double>& a) { return !a.g.allFinite(); }
-bool is_saturated(const GibbsSet<Q16_47>& a) {
+bool is_saturated(const GibbsSet<FixedQ47>& a) {
   return a.g(0).overflowed() || a.g(1).overflowed() || a.g(2).overflowed();
 }
 
@@ -581,8 +581,8 @@ Turn turned_through_half_a_turn(const Vec3& axis, bool switching) {
 
 TEST(PoseLeastSquares, half_a_turn_needs_switching_in_fixed_point_but_not_in_double) {
   for (const Vec3& axis : {Vec3(1, 0, 0), Vec3(0, 0, 1), Vec3(1, 1, 1), Vec3(0.3, -0.8, 0.5)}) {
-    const Turn with = turned_through_half_a_turn<Q16_47>(axis, true);
-    const Turn without = turned_through_half_a_turn<Q16_47>(axis, false);
+    const Turn with = turned_through_half_a_turn<FixedQ47>(axis, true);
+    const Turn without = turned_through_half_a_turn<FixedQ47>(axis, false);
     const Turn with_double = turned_through_half_a_turn<double>(axis, true);
     const Turn without_double = turned_through_half_a_turn<double>(axis, false);
     std::printf("    about (%.1f %.1f %.1f): fixed %.1e, without switching %s (%.1e); double %.1e, without %.1e\n",
@@ -626,7 +626,7 @@ TEST(PoseLeastSquares, a_step_to_the_pole_of_the_composition_is_shortened) {
   };
   for (const double dg : {1.0 / 3.0, 0.3333, 0.33, 0.4, 0.5, 2.0}) {
     solve_with(0.0, dg, default_limits<double>());
-    solve_with(Q16_47(0), dg, default_limits<Q16_47>());
+    solve_with(FixedQ47(0), dg, default_limits<FixedQ47>());
   }
 }
 

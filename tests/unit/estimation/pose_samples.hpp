@@ -129,7 +129,7 @@ inline Pose moved_pose(const Pose& pose, const Vec6& d) {
 }
 
 inline Vec3 in_camera(const CameraRig& rig, std::size_t camera, const Pose& pose, const Vec3& p_T) {
-  return rig[camera].R_CkC0 * (pose.R_CT * p_T + pose.t_CT) + rig[camera].t_CkC0;
+  return rig[camera].R_KC * (pose.R_CT * p_T + pose.t_CT) + rig[camera].t_KC;
 }
 
 /// Adds the feature as a camera sees it, with noise; false if it has no image.

@@ -73,7 +73,7 @@ TEST(SpotTracking, markers_are_expected_at_their_projection_with_the_covariance_
           const Mat3 R_CT = exp_so3(Vec3(d.tail<3>())) * pose.R_CT;
           const Vec3 p_C = R_CT * target.features[m.feature].p_T + pose.t_CT + d.head<3>();
           Vec2 uv_px = Vec2::Zero();
-          CHECK(rig[camera].model.project(Vec3(rig[camera].R_CkC0 * p_C + rig[camera].t_CkC0), uv_px) == Status::ok);
+          CHECK(rig[camera].model.project(Vec3(rig[camera].R_KC * p_C + rig[camera].t_KC), uv_px) == Status::ok);
           return uv_px;
         };
         const Vec6 zero = Vec6::Zero();

@@ -202,9 +202,9 @@ TEST(CameraRigFile, ReadsBackWhatIsWrittenAndPlacesTheCameras) {
   DOUBLES_EQUAL(10.0, again.rate_hz, 0.0);
   const CameraRig rig = read_camera_rig({a, b});
   CHECK_EQUAL(2U, rig.size());
-  DOUBLES_EQUAL(0.0, (rig[1].R_CkC0 - Mat3::Identity()).norm(), 1e-12);
-  DOUBLES_EQUAL(0.0, (rig[1].t_CkC0 - Vec3(-0.5, 0.0, 0.0)).norm(), 1e-12);
-  DOUBLES_EQUAL(0.0, rig[0].t_CkC0.norm(), 0.0);
+  DOUBLES_EQUAL(0.0, (rig[1].R_KC - Mat3::Identity()).norm(), 1e-12);
+  DOUBLES_EQUAL(0.0, (rig[1].t_KC - Vec3(-0.5, 0.0, 0.0)).norm(), 1e-12);
+  DOUBLES_EQUAL(0.0, rig[0].t_KC.norm(), 0.0);
 }
 
 TEST(CameraRigFile, WhatMakesNoRigIsSaid) {

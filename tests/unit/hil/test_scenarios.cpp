@@ -64,7 +64,7 @@ Residuals residuals_of_files(const Scratch& scratch, const Scenario& scenario) {
     for (const PoseObservation& o : pose_observations(csv, epochs[i], target, rig)) {
       const Vec3 p_C0 = truth[i].R_CT * target.features[o.feature].p_T + truth[i].t_CT;
       Vec2 uv_px;
-      CHECK(rig[o.camera].model.project(Vec3(rig[o.camera].R_CkC0 * p_C0 + rig[o.camera].t_CkC0), uv_px) == Status::ok);
+      CHECK(rig[o.camera].model.project(Vec3(rig[o.camera].R_KC * p_C0 + rig[o.camera].t_KC), uv_px) == Status::ok);
       const Vec2 residual = (o.uv_px - uv_px) / o.sigma_px;
       r.rms += residual.squaredNorm();
       r.mean += residual.sum();
@@ -243,7 +243,7 @@ TEST(StereoScenarios, CamerasAndLinesAreThePapers) {
   DOUBLES_EQUAL(4137.8, scenario.cameras[0].intrinsics.fu, 0.1);
   DOUBLES_EQUAL(4147.2, scenario.cameras[1].intrinsics.fv, 0.1);
   const CameraRig rig = camera_rig_of(scenario.cameras, {"a", "b"});
-  DOUBLES_EQUAL(0.0, (rig[1].t_CkC0 - Vec3(-1.0, 0.0, 0.0)).norm(), 1e-12);
+  DOUBLES_EQUAL(0.0, (rig[1].t_KC - Vec3(-1.0, 0.0, 0.0)).norm(), 1e-12);
   CHECK_EQUAL(3U, scenario.target.lines.size());
   const auto p = [&](std::size_t i) { return scenario.target.features[i].p_T; };
   DOUBLES_EQUAL(1.0, (p(2) - p(0)).x(), 1e-12);  // x toward C

@@ -132,32 +132,32 @@ TEST(FixedPoint, sums_products_and_quotients_are_exact_to_the_last_bit) {
 }
 
 TEST(FixedPoint, halves_are_rounded_away_from_zero) {
-  const Q16_47 half = Q16_47::from_raw(std::int64_t{1} << 46);
+  const FixedQ47 half = FixedQ47::from_raw(std::int64_t{1} << 46);
   for (const std::int64_t raw : {1, 3, 5, 1001}) {
-    const Q16_47 x = Q16_47::from_raw(raw);
+    const FixedQ47 x = FixedQ47::from_raw(raw);
     LONGS_EQUAL((raw + 1) / 2, (x * half).raw());
     LONGS_EQUAL(-(raw + 1) / 2, (x * -half).raw());
-    LONGS_EQUAL((raw + 1) / 2, (x / Q16_47(2)).raw());
-    LONGS_EQUAL(-(raw + 1) / 2, (-x / Q16_47(2)).raw());
+    LONGS_EQUAL((raw + 1) / 2, (x / FixedQ47(2)).raw());
+    LONGS_EQUAL(-(raw + 1) / 2, (-x / FixedQ47(2)).raw());
   }
 }
 
 TEST(FixedPoint, what_is_too_large_saturates_with_a_flag) {
-  const Q16_47 largest = Q16_47::from_raw(most);
-  const Q16_47 step = Q16_47::from_raw(1);
+  const FixedQ47 largest = FixedQ47::from_raw(most);
+  const FixedQ47 step = FixedQ47::from_raw(1);
   check(largest + step, {most, true}, "largest + step");
   check(-largest - step, {-most, true}, "-largest - step");
-  check(Q16_47(256) * Q16_47(256), {most, true}, "65536");
-  check(Q16_47(-256) * Q16_47(256), {-most, true}, "-65536");
-  check(largest / Q16_47(0.5), {most, true}, "2 largest");
-  check(Q16_47(-1) / step, {-most, true}, "-1 / step");
-  CHECK_FALSE((Q16_47(256) * Q16_47(255)).overflowed());
+  check(FixedQ47(256) * FixedQ47(256), {most, true}, "65536");
+  check(FixedQ47(-256) * FixedQ47(256), {-most, true}, "-65536");
+  check(largest / FixedQ47(0.5), {most, true}, "2 largest");
+  check(FixedQ47(-1) / step, {-most, true}, "-1 / step");
+  CHECK_FALSE((FixedQ47(256) * FixedQ47(255)).overflowed());
 }
 
 TEST(FixedPoint, division_by_zero_saturates_toward_the_sign_of_the_numerator) {
-  check(Q16_47(3) / Q16_47(0), {most, true}, "3 / 0");
-  check(Q16_47(-3) / Q16_47(0), {-most, true}, "-3 / 0");
-  CHECK((Q16_47(0) / Q16_47(0)).overflowed());
+  check(FixedQ47(3) / FixedQ47(0), {most, true}, "3 / 0");
+  check(FixedQ47(-3) / FixedQ47(0), {-most, true}, "-3 / 0");
+  CHECK((FixedQ47(0) / FixedQ47(0)).overflowed());
 }
 
 TEST(FixedPoint, roots_are_rounded_down_and_negative_ones_flagged) {
@@ -165,18 +165,18 @@ TEST(FixedPoint, roots_are_rounded_down_and_negative_ones_flagged) {
   check_roots<1>(50000);
   check_roots<30>(50000);
   check_roots<61>(50000);
-  CHECK(sqrt(Q16_47(9)) == Q16_47(3));
-  CHECK(sqrt(Q16_47(0)) == Q16_47(0));
+  CHECK(sqrt(FixedQ47(9)) == FixedQ47(3));
+  CHECK(sqrt(FixedQ47(0)) == FixedQ47(0));
 }
 
 TEST(FixedPoint, the_flag_is_carried_through_everything) {
-  const Q16_47 bad = Q16_47(1) / Q16_47(0);
-  const Q16_47 good(0.25);
-  for (const Q16_47& x : {bad - bad, bad * Q16_47(0), Q16_47(0) * bad, bad + good, good + bad, good - bad, -bad,
-                          good / bad, bad / good, abs(bad), sqrt(bad)}) {
+  const FixedQ47 bad = FixedQ47(1) / FixedQ47(0);
+  const FixedQ47 good(0.25);
+  for (const FixedQ47& x : {bad - bad, bad * FixedQ47(0), FixedQ47(0) * bad, bad + good, good + bad, good - bad, -bad,
+                            good / bad, bad / good, abs(bad), sqrt(bad)}) {
     CHECK(x.overflowed());
   }
-  Q16_47 sum = good;
+  FixedQ47 sum = good;
   sum += good;
   sum -= good;
   sum *= good;
@@ -192,7 +192,7 @@ TEST(FixedPoint, the_flag_is_carried_through_everything) {
 
 TEST(FixedPoint, from_int_is_exact_or_saturates) {
   for (const int value : {0, 1, -1, 2, 1000, -1000, 65535, -65535, 65536, -65536, INT32_MAX, INT32_MIN}) {
-    check(Q16_47(value), saturated(static_cast<Wide>(value) * (Wide{1} << 47)), "number", value);
+    check(FixedQ47(value), saturated(static_cast<Wide>(value) * (Wide{1} << 47)), "number", value);
     check(Fixed<1>(value), saturated(static_cast<Wide>(value) * 2), "number", value);
     check(Fixed<61>(value), saturated(static_cast<Wide>(value) * (Wide{1} << 61)), "number", value);
   }
@@ -208,24 +208,25 @@ TEST(FixedPoint, from_double_is_the_nearest) {
     if (generator.below(4) == 0) value = std::ldexp(std::floor(std::ldexp(value, 48)), -48);  // halves
     if (!(std::fabs(value) < 65535.9)) continue;
     const long double expected = std::round(std::ldexp(static_cast<long double>(value), 47));
-    check(Q16_47(value), {static_cast<std::int64_t>(expected), false}, "number near", static_cast<std::int64_t>(value));
+    check(FixedQ47(value), {static_cast<std::int64_t>(expected), false}, "number near",
+          static_cast<std::int64_t>(value));
   }
   // Odd where a double has no halves left.
-  check(Q16_47(0x1p5 + 0x1p-47), {(std::int64_t{1} << 52) + 1, false}, "2^52 + 1 steps");
-  check(Q16_47(-0x1p5 - 0x1p-47), {-(std::int64_t{1} << 52) - 1, false}, "-2^52 - 1 steps");
-  check(Q16_47(0x1p-48 - 0x1p-101), {0, false}, "just under half a step");
+  check(FixedQ47(0x1p5 + 0x1p-47), {(std::int64_t{1} << 52) + 1, false}, "2^52 + 1 steps");
+  check(FixedQ47(-0x1p5 - 0x1p-47), {-(std::int64_t{1} << 52) - 1, false}, "-2^52 - 1 steps");
+  check(FixedQ47(0x1p-48 - 0x1p-101), {0, false}, "just under half a step");
 }
 
 TEST(FixedPoint, from_double_saturates_and_flags_what_is_no_number) {
-  check(Q16_47(65536.0), {most, true}, "65536");
-  check(Q16_47(-65536.0), {-most, true}, "-65536");
-  check(Q16_47(1e300), {most, true}, "1e300");
-  check(Q16_47(HUGE_VAL), {most, true}, "infinity");
-  check(Q16_47(-HUGE_VAL), {-most, true}, "-infinity");
-  check(Q16_47(std::nan("")), {0, true}, "NaN");
+  check(FixedQ47(65536.0), {most, true}, "65536");
+  check(FixedQ47(-65536.0), {-most, true}, "-65536");
+  check(FixedQ47(1e300), {most, true}, "1e300");
+  check(FixedQ47(HUGE_VAL), {most, true}, "infinity");
+  check(FixedQ47(-HUGE_VAL), {-most, true}, "-infinity");
+  check(FixedQ47(std::nan("")), {0, true}, "NaN");
   const double largest = std::nextafter(65536.0, 0.0);
-  CHECK_FALSE(Q16_47(largest).overflowed());
-  CHECK(static_cast<double>(Q16_47(largest)) == largest);
+  CHECK_FALSE(FixedQ47(largest).overflowed());
+  CHECK(static_cast<double>(FixedQ47(largest)) == largest);
 }
 
 TEST(FixedPoint, to_double_and_back) {
@@ -235,8 +236,8 @@ TEST(FixedPoint, to_double_and_back) {
     const auto raw =
         static_cast<std::int64_t>((static_cast<std::uint64_t>(generator.next()) << 21U) >> generator.below(50)) *
         (generator.below(2) == 0 ? 1 : -1);
-    const Q16_47 x = Q16_47::from_raw(raw);
+    const FixedQ47 x = FixedQ47::from_raw(raw);
     CHECK(static_cast<double>(x) == std::ldexp(static_cast<double>(raw), -47));
-    CHECK(Q16_47(static_cast<double>(x)).raw() == raw);
+    CHECK(FixedQ47(static_cast<double>(x)).raw() == raw);
   }
 }

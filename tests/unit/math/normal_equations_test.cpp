@@ -121,8 +121,8 @@ TEST(SmallNormalEquations, agree_with_eigen_in_double) {
 TEST(SmallNormalEquations, agree_with_eigen_in_float_and_fixed) {
   check("float", largest_errors<float, 6>(1.0, 1.0, 0.0), 1e-6);
   check("float, columns of very different size", largest_errors<float, 6>(1e4, 1.0, 0.0), 1e-6);
-  check("fixed", largest_errors<Q16_47, 6>(1.0, 1.0, 0.0), 5e-14);
-  check("fixed, nearly dependent columns", largest_errors<Q16_47, 6>(1.0, 0.05, 0.0), 5e-14);
+  check("fixed", largest_errors<FixedQ47, 6>(1.0, 1.0, 0.0), 5e-14);
+  check("fixed, nearly dependent columns", largest_errors<FixedQ47, 6>(1.0, 0.05, 0.0), 5e-14);
 }
 
 TEST(SmallNormalEquations, dependent_columns_are_rank_deficient) {
@@ -133,8 +133,8 @@ TEST(SmallNormalEquations, dependent_columns_are_rank_deficient) {
     CHECK(e.factorise(0.0, 1e-13) == Status::rank_deficient);
     NormalEquations<float, 6> f = equations_of<float, 6>(p);
     CHECK(f.factorise(0.0F, 1e-5F) == Status::rank_deficient);
-    NormalEquations<Q16_47, 6> q = equations_of<Q16_47, 6>(p);
-    CHECK(q.factorise(Q16_47(0), Q16_47(1e-11)) == Status::rank_deficient);
+    NormalEquations<FixedQ47, 6> q = equations_of<FixedQ47, 6>(p);
+    CHECK(q.factorise(FixedQ47(0), FixedQ47(1e-11)) == Status::rank_deficient);
     // The same limits let good ones pass, and damping makes the bad ones good.
     CHECK(e.factorise(1e-3, 1e-13) == Status::ok);
     p = random_problem<6>(generator, 1.0, 1.0);

@@ -44,7 +44,7 @@ struct Errors {
 
 bool is_flagged(double x) { return !std::isfinite(x); }
 bool is_flagged(float x) { return !std::isfinite(x); }
-bool is_flagged(Q16_47 x) { return x.overflowed(); }
+bool is_flagged(FixedQ47 x) { return x.overflowed(); }
 
 template <typename S, int N>
 Errors errors_for(const Matrix<N>& A) {
@@ -70,7 +70,7 @@ Errors errors_for(const Matrix<N>& A) {
   }
   const Eigen::SelfAdjointEigenSolver<Matrix<N>> reference(stored);
   // Fixed point rounds by as much whatever the size.
-  const double least_size = std::is_same_v<S, Q16_47> ? 1.0 : 1e-300;
+  const double least_size = std::is_same_v<S, FixedQ47> ? 1.0 : 1e-300;
   const double size = std::max(reference.eigenvalues().cwiseAbs().maxCoeff(), least_size);
   e.product = (stored * v - v * d.asDiagonal()).cwiseAbs().maxCoeff() / size;
   e.unit = (v.transpose() * v - Matrix<N>::Identity()).cwiseAbs().maxCoeff();
@@ -113,16 +113,16 @@ TEST(SymmetricEigen, agrees_with_eigen) {
   check("double, 4", over_random<double, 4>(3000, 0.1), 1e-14);
   check("double, 6, ill conditioned", over_random<double, 6>(1000, 1e-14), 1e-14);
   check("float, 4", over_random<float, 4>(2000, 0.01), 4e-6);
-  check("fixed, 3", over_random<Q16_47, 3>(500, 0.1), 1e-12);
-  check("fixed, 4, ill conditioned", over_random<Q16_47, 4>(500, 1e-9), 1e-12);
+  check("fixed, 3", over_random<FixedQ47, 3>(500, 0.1), 1e-12);
+  check("fixed, 4, ill conditioned", over_random<FixedQ47, 4>(500, 1e-9), 1e-12);
 }
 
 TEST(SymmetricEigen, diagonal_equal_and_zero_matrices) {
   check("zero", errors_for<double, 3>(Matrix<3>::Zero()), 1e-300);
   check("identity", errors_for<double, 4>(Matrix<4>::Identity()), 1e-300);
   check("all ones", errors_for<double, 4>(Matrix<4>::Ones()), 1e-15);
-  check("fixed, all ones", errors_for<Q16_47, 4>(Matrix<4>::Ones()), 3e-13);
-  check("fixed, zero", errors_for<Q16_47, 4>(Matrix<4>::Zero()), 1e-300);
+  check("fixed, all ones", errors_for<FixedQ47, 4>(Matrix<4>::Ones()), 3e-13);
+  check("fixed, zero", errors_for<FixedQ47, 4>(Matrix<4>::Zero()), 1e-300);
 }
 
 TEST(SymmetricEigen, small_elements_beside_equal_diagonal_ones) {
@@ -130,7 +130,7 @@ TEST(SymmetricEigen, small_elements_beside_equal_diagonal_ones) {
     Matrix<3> A = Matrix<3>::Identity();
     A(0, 1) = A(1, 0) = off;
     A(1, 2) = A(2, 1) = -off;
-    const Errors e = errors_for<Q16_47, 3>(A);
+    const Errors e = errors_for<FixedQ47, 3>(A);
     CHECK_FALSE(e.flagged);
     CHECK(e.values < 3e-13);
     CHECK(e.product < 3e-13);
