@@ -15,6 +15,34 @@ bool same_place(const LightSpot& a, const LightSpot& b) {
   return (a.uv_px - b.uv_px).squaredNorm() < distance_px * distance_px;
 }
 
+/// A light at rest, unless one that moved in the exposure fits clearly better: a glint beside a light makes the region longer
+/// as well, and a path then follows the glint.
+template <typename Pixel>
+Status fit_candidate(const GreyImageView<Pixel>& image, const SpotSettings& settings, const SpotCandidate& candidate,
+                     SpotFit& fit) {
+  constexpr double good = 0.05;
+  constexpr double clearly_better = 0.75;
+  // A round spot on one end of a path fits well what it sees and does not weigh down.
+  const auto unexplained = [&](const SpotFit& f) {
+    const double r = f.half_width_px + 0.5 * settings.psf_sigma_px;
+    const double area = r * (3.14159265358979 * r + 4.0 * f.half_length_px);
+    const double share = std::min(1.0, area / candidate.area_px);
+    return f.misfit / std::max(f.support * f.support * share * share, 0.01);
+  };
+  SpotSeed seed;
+  seed.uv_px = candidate.uv_px;
+  seed.area_px = candidate.area_px;
+  seed.peak_dn = candidate.peak_dn;
+  const Status status = fit_spot(image, settings, seed, fit);
+  if (status == Status::ok && unexplained(fit) < good) return status;
+  seed.half_streak_px = candidate.half_streak_px;
+  SpotFit moved;
+  if (!(seed.half_streak_px.squaredNorm() > 0.0) || fit_spot(image, settings, seed, moved) != Status::ok) return status;
+  if (status == Status::ok && unexplained(moved) > clearly_better * unexplained(fit)) return status;
+  fit = moved;
+  return Status::ok;
+}
+
 }  // namespace
 
 Status LightSpotFinder::configure(const SpotSettings& settings) {
@@ -71,9 +99,8 @@ Status LightSpotFinder::search(const GreyImageView<Pixel>& image, std::span<cons
 template <typename Pixel>
 void LightSpotFinder::fit_candidates(const GreyImageView<Pixel>& image, LightSpots& spots, SpotReport& report) const {
   for (const SpotCandidate& candidate : candidates_.kept()) {
-    const SpotSeed seed{candidate.uv_px, static_cast<double>(candidate.area_px), candidate.peak_dn};
     SpotFit fit;
-    if (fit_spot(image, settings_, seed, fit) != Status::ok || fit.misfit > settings_.max_misfit ||
+    if (fit_candidate(image, settings_, candidate, fit) != Status::ok || fit.misfit > settings_.max_misfit ||
         fit.support < settings_.min_support) {
       ++report.misfits;
       continue;

@@ -25,9 +25,12 @@ constexpr double clutter_weight = 0.3;  // of the variance of the ring in that o
 // iterations and the later ones. Neighbours are let go of slowly, lest a start off the middle settle between two lights.
 constexpr double least_scale = 9.0;
 constexpr std::array<double, 4> first_scales{320.0, 80.0, 40.0, 20.0};
+constexpr double path_error_px = 1.0;  // of the seed's half length
+constexpr double least_path_px = 0.2;  // half length
+constexpr double pi = 3.14159265358979;
 constexpr double converged_px = 1e-3;
 constexpr std::size_t parameters = SpotNormal::parameters;
-using Vec5 = SpotNormal::Vec5;
+using Vector = SpotNormal::Vector;
 
 double squared(double x) { return x * x; }
 
@@ -41,18 +44,24 @@ template <typename Pixel>
 class Fit {
  public:
   Fit(const GreyImageView<Pixel>& image, const SpotSettings& settings, const SpotSeed& seed)
-      : image_(image), settings_(settings), seed_(seed), inverse_s_(1.0 / settings.psf_sigma_px) {}
+      : image_(image), settings_(settings), seed_(seed), inverse_s_(1.0 / settings.psf_sigma_px) {
+    const double length = seed.half_streak_px.norm();
+    if (length > 0.0) along_ = seed.half_streak_px / length;
+    set_half_length(length);
+  }
 
   [[nodiscard]] Status run(SpotFit& fit) {
     const double s = settings_.psf_sigma_px;
-    const double radius = std::sqrt(seed_.area_px / 3.14159265358979);
+    // Of a disc drawn along the path: area = pi r^2 + 4 r L.
+    const double drawn = 2.0 / pi * x_[5];
+    const double radius = std::sqrt(drawn * drawn + seed_.area_px / pi) - drawn;
     ring_ = measure_ring(radius + ring_reach * s);
     clutter_variance_ = clutter_weight * squared(ring_.scatter);
     const double noise = std::sqrt(noise_variance(ring_.level));
     reach_px_ = s * (least_reach + added_reach * noise / (noise + ring_.scatter));
     if (!(seed_.peak_dn > ring_.level + 1.0)) return Status::no_convergence;
     const double room = settings_.full_scale_dn - ring_.level;
-    x_ = {seed_.uv_px(0), seed_.uv_px(1), 0.0, std::max(radius, 0.7 * s), ring_.level};
+    x_ = {seed_.uv_px(0), seed_.uv_px(1), 0.0, std::max(radius, 0.7 * s), ring_.level, x_[5]};
     x_[2] = (seed_.peak_dn - ring_.level) / spot_profile(0.0, x_[3], inverse_s_).level;
     if (seed_.peak_dn >= settings_.full_scale_dn) {
       // Much brighter and narrower than it looks, with the same edge.
@@ -70,18 +79,21 @@ class Fit {
       normal.matrix[2][2] *= damping;
       normal.matrix[3][3] *= damping;
       normal.matrix[2][2] += 1e-3 * squared(1.0 / room);
+      normal.matrix[5][5] += 1.0 / squared(path_error_px);
       if (!normal.factorise()) return Status::rank_deficient;
-      const Vec5 step = normal.solve(normal.right);
+      const Vector step = normal.solve(normal.right);
       const double limit = 0.7;
       x_[0] += std::clamp(step[0], -limit, limit);
       x_[1] += std::clamp(step[1], -limit, limit);
       x_[2] = std::clamp(x_[2] + std::clamp(step[2], -0.4 * x_[2], 0.6 * x_[2]), least, 100.0 * room);
       x_[3] = std::clamp(x_[3] + std::clamp(step[3], -0.5, 0.5), 0.5 * s, 12.0);
       x_[4] += step[4];
+      set_half_length(std::min(x_[5] + std::clamp(step[5], -0.5, 0.5), 12.0));
       fit.iterations = i + 1;
       converged = std::fabs(step[0]) < converged_px && std::fabs(step[1]) < converged_px &&
                   std::fabs(step[3]) < 10.0 * converged_px;
-      if (!(squared(x_[0] - seed_.uv_px(0)) + squared(x_[1] - seed_.uv_px(1)) < squared(1.0 + 0.5 * radius))) {
+      if (!(squared(x_[0] - seed_.uv_px(0)) + squared(x_[1] - seed_.uv_px(1)) <
+            squared(1.0 + 0.5 * (radius + x_[5])))) {
         return Status::no_convergence;
       }
     }
@@ -97,15 +109,21 @@ class Fit {
     double weight = 0.0;
     double trust = 0.0;  // of this, against outliers
     bool censored = false;
-    Vec5 row{};
+    Vector row{};
   };
+
+  /// What hardly moved has not moved: from there on it is a round spot.
+  void set_half_length(double px) {
+    x_[5] = px > least_path_px ? px : 0.0;
+    if (!(x_[5] > 0.0)) along_.setZero();
+  }
 
   [[nodiscard]] Ring measure_ring(double radius) const {
     std::array<double, 128> levels;
     std::size_t count = 0;
     const double inner = squared(radius);
     const double outer = squared(radius + 2.0);
-    const int half = std::min(static_cast<int>(radius + 3.0), max_half_px + 4);
+    const int half = std::min(static_cast<int>(radius + x_[5] + 3.0), max_half_px + 4);
     const int uc = static_cast<int>(seed_.uv_px(0) + 0.5);
     const int vc = static_cast<int>(seed_.uv_px(1) + 0.5);
     // Of a wide ring every second or third pixel.
@@ -113,7 +131,7 @@ class Fit {
     int skipped = 0;
     for (int v = std::max(vc - half, 0); v <= std::min(vc + half, image_.height - 1); ++v) {
       for (int u = std::max(uc - half, 0); u <= std::min(uc + half, image_.width - 1); ++u) {
-        const double r2 = squared(u - seed_.uv_px(0)) + squared(v - seed_.uv_px(1));
+        const double r2 = off_path(Vec2(u, v) - seed_.uv_px).squaredNorm();
         if (r2 < inner || r2 > outer || ++skipped % stride != 0) continue;
         if (count < levels.size()) levels[count++] = *image_.at(u, v);
       }
@@ -134,9 +152,9 @@ class Fit {
   }
 
   [[nodiscard]] bool model_at(int u, int v, double reach2, Model& model) const {
-    const double du = u - x_[0];
-    const double dv = v - x_[1];
-    const double r2 = du * du + dv * dv;
+    const Vec2 from_middle(u - x_[0], v - x_[1]);
+    const Vec2 from_path = off_path(from_middle);
+    const double r2 = from_path.squaredNorm();
     if (r2 > reach2) return false;
     const double r = std::sqrt(r2 + 1e-9);
     const SpotProfile profile = spot_profile(r, x_[3], inverse_s_);
@@ -148,7 +166,11 @@ class Fit {
     model.censored = level >= settings_.full_scale_dn && model.residual <= 0.0;
     model.variance = noise_variance(x_[4] + spot);
     const double outward = -amplitude * profile.by_radius / r;
-    model.row = {outward * du, outward * dv, profile.level, amplitude * profile.by_width, 1.0};
+    // Beyond the ends a longer path comes nearer.
+    const double lengthwise = from_path.dot(along_);
+    model.row = {
+        outward * from_path(0),         outward * from_path(1), profile.level, amplitude * profile.by_width, 1.0,
+        outward * std::fabs(lengthwise)};
     model.allowed = model.variance + clutter_variance_ +
                     squared(profile_error * std::min(spot, settings_.full_scale_dn)) +
                     squared(width_error_px * amplitude * profile.by_radius);
@@ -159,10 +181,15 @@ class Fit {
     return true;
   }
 
+  /// From the nearest point of the path to a pixel, both from the middle of the spot.
+  [[nodiscard]] Vec2 off_path(const Vec2& from_middle) const {
+    return from_middle - along_ * std::clamp(from_middle.dot(along_), -x_[5], x_[5]);
+  }
+
   template <typename Visit>
   void for_each(Visit&& visit) const {
     const double reach = std::min(x_[3] + reach_px_, static_cast<double>(max_half_px));
-    const int half = static_cast<int>(reach) + 1;
+    const int half = static_cast<int>(reach + x_[5]) + 1;
     const int uc = static_cast<int>(x_[0] + 0.5);
     const int vc = static_cast<int>(x_[1] + 0.5);
     Model model;
@@ -185,7 +212,7 @@ class Fit {
       weights += model.weight * model.allowed;
       used_ += 1.0;
     });
-    const Vec5 background{0.0, 0.0, 0.0, 0.0, 1.0};
+    const Vector background{0.0, 0.0, 0.0, 0.0, 1.0, 0.0};
     const double variance = squared(ring_.scatter) + noise_variance(ring_.level);
     normal.add(background, ring_.level - x_[4], 1.0 / variance);
     if (weights > 0.0) scale_ = std::clamp(9.0 * sum / weights, least_scale, most);
@@ -194,9 +221,10 @@ class Fit {
   [[nodiscard]] Status finish(SpotFit& fit) {
     SpotNormal normal;
     accumulate(normal, first_scales.back());
+    normal.matrix[5][5] += 1.0 / squared(path_error_px);
     if (used_ < 6.0 || !normal.factorise()) return Status::rank_deficient;
-    const Vec5 along_u = normal.solve({1.0, 0.0, 0.0, 0.0, 0.0});
-    const Vec5 along_v = normal.solve({0.0, 1.0, 0.0, 0.0, 0.0});
+    const Vector along_u = normal.solve({1.0, 0.0, 0.0, 0.0, 0.0, 0.0});
+    const Vector along_v = normal.solve({0.0, 1.0, 0.0, 0.0, 0.0, 0.0});
     double noise = 0.0;
     double seen = 0.0;
     double squares = 0.0;
@@ -226,6 +254,7 @@ class Fit {
     fit.background_dn = x_[4];
     fit.amplitude_dn = x_[2];
     fit.half_width_px = x_[3];
+    fit.half_length_px = x_[5];
     fit.misfit = signal > 0.0 && height > 0.0 ? std::sqrt(squares / signal) / height : 1.0;
     fit.support = full > 0.0 ? signal / full : 0.0;
     // Residuals scatter by chance too: only what is beyond twice the noise counts. Where other lights cover part of the
@@ -246,7 +275,8 @@ class Fit {
   Ring ring_{};
   double clutter_variance_ = 0.0;
   double reach_px_ = 0.0;
-  Vec5 x_{};
+  Vec2 along_ = Vec2::Zero();  // direction of the path; zero for a spot at rest
+  Vector x_{};
   double scale_ = 1.0;  // normalised square residual at which the weight has fallen to a quarter
   double used_ = 0.0;   // pixels
 };

@@ -9,17 +9,19 @@ namespace relnav::vision {
 /// Where a fit starts.
 struct SpotSeed {
   Vec2 uv_px = Vec2::Zero();
+  Vec2 half_streak_px = Vec2::Zero();  ///< from the middle to the end of the path in the exposure
   double area_px = 1.0;
   double peak_dn = 0.0;
 };
 
 struct SpotFit {
   Vec2 uv_px = Vec2::Zero();
-  double sigma_px = 0.0;       ///< root of the mean variance of the coordinates
-  double flux_dn = 0.0;        ///< sum of the levels above the background, saturated ones as they are
-  double background_dn = 0.0;  ///< of the surroundings
-  double amplitude_dn = 0.0;   ///< of the profile, beyond full scale where that is saturated
-  double half_width_px = 0.0;  ///< R of the profile
+  double sigma_px = 0.0;        ///< root of the mean variance of the coordinates
+  double flux_dn = 0.0;         ///< sum of the levels above the background, saturated ones as they are
+  double background_dn = 0.0;   ///< of the surroundings
+  double amplitude_dn = 0.0;    ///< of the profile, beyond full scale where that is saturated
+  double half_width_px = 0.0;   ///< R of the profile
+  double half_length_px = 0.0;  ///< of the path in the exposure
   double misfit = 0.0;   ///< rms residual of the flank, outliers weighted down, over the level of the spot as seen
   double support = 0.0;  ///< part of the flank that is not weighted down as an outlier, 0..1
   int iterations = 0;

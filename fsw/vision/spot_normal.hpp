@@ -5,15 +5,15 @@
 
 namespace relnav::vision {
 
-/// Normal equations of the fit of a light spot (u, v, amplitude, half width, background), solved by Cholesky.
+/// Normal equations of the fit of a light spot (u, v, amplitude, half width, background, half length of the path), solved by Cholesky.
 struct SpotNormal {
-  static constexpr std::size_t parameters = 5;
-  using Vec5 = std::array<double, parameters>;
+  static constexpr std::size_t parameters = 6;
+  using Vector = std::array<double, parameters>;
 
-  std::array<Vec5, parameters> matrix{};  // lower triangle
-  Vec5 right{};
+  std::array<Vector, parameters> matrix{};  // lower triangle
+  Vector right{};
 
-  void add(const Vec5& row, double residual, double weight) {
+  void add(const Vector& row, double residual, double weight) {
     for (std::size_t r = 0; r < parameters; ++r) {
       const double weighted = weight * row[r];
       for (std::size_t c = 0; c <= r; ++c) matrix[r][c] += weighted * row[c];
@@ -37,7 +37,7 @@ struct SpotNormal {
     return true;
   }
   /// After factorise().
-  [[nodiscard]] Vec5 solve(Vec5 x) const {
+  [[nodiscard]] Vector solve(Vector x) const {
     for (std::size_t r = 0; r < parameters; ++r) {
       for (std::size_t k = 0; k < r; ++k) x[r] -= matrix[r][k] * x[k];
       x[r] /= matrix[r][r];

@@ -41,10 +41,11 @@ std::uint32_t bright_bits(const Pixel* pixels, std::uint16_t level, int count) {
   return bits;
 }
 
-/// Elongation and fill of a region from its second moments.
+/// Elongation, fill and path of a region from its second moments.
 struct Shape {
   double elongation = 1.0;
   double fill = 1.0;
+  Vec2 half_streak_px = Vec2::Zero();
 };
 Shape shape_of(double area, double uu, double uv, double vv) {
   const double mean = 0.5 * (uu + vv);
@@ -56,6 +57,11 @@ Shape shape_of(double area, double uu, double uv, double vv) {
   Shape shape;
   shape.elongation = std::sqrt((mean + root + softening) / (std::max(mean - root, 0.0) + softening));
   shape.fill = area / (4.0 * 3.14159265358979 * std::sqrt(determinant));
+  if (root > 0.0) {
+    // A uniform path of half length L adds L^2 / 3 to the variance along it.
+    const Vec2 axis = uu >= vv ? Vec2(half + root, uv) : Vec2(uv, root - half);
+    shape.half_streak_px = axis * (std::sqrt(6.0 * root) / axis.norm());
+  }
   return shape;
 }
 
@@ -218,6 +224,7 @@ bool SpotRegions::judge(const SpotSettings& settings, bool last, SpotCandidates&
     if (good && stands_out && (region.level_dn >= final_level * region.peak_dn || !room)) {
       SpotCandidate candidate;
       candidate.uv_px = Vec2(region.u0_px + region.flux_u / region.flux, region.v0_px + region.flux_v / region.flux);
+      candidate.half_streak_px = shape.half_streak_px;
       candidate.flux_dn = region.total;
       candidate.peak_dn = region.peak_dn;
       candidate.area_px = region.area;

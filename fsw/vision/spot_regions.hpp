@@ -14,8 +14,9 @@ namespace relnav::vision {
 
 /// A connected region (8 neighbours) that has passed the gate of size and shape.
 struct SpotCandidate {
-  Vec2 uv_px = Vec2::Zero();  ///< centroid of the levels above the threshold
-  double flux_dn = 0.0;       ///< sum of the levels above the first threshold tried
+  Vec2 uv_px = Vec2::Zero();           ///< centroid of the levels above the threshold
+  Vec2 half_streak_px = Vec2::Zero();  ///< from the middle to the end of the path of a spot blurred by motion
+  double flux_dn = 0.0;                ///< sum of the levels above the first threshold tried
   double peak_dn = 0.0;
   std::int32_t area_px = 0;
   std::int32_t saturated_px = 0;

@@ -15,7 +15,7 @@ struct SpotSettings {
   double clutter_factor = 2.0;   ///< of a spot over the background, in spreads of the background around
   int min_area_px = 2;           ///< above the level at which the region is judged
   int max_area_px = 300;         ///< likewise
-  double max_elongation = 1.8;   ///< ratio of the axes of the region's second moments
+  double max_elongation = 4.0;   ///< ratio of the axes of the region's second moments
   double min_fill = 0.75;        ///< area over the area of the ellipse of the same second moments
   double max_misfit = 0.25;      ///< rms residual of the fit over the level of the spot
   double min_support = 0.4;      ///< part of the flank that the fit explains
