@@ -27,6 +27,7 @@ Status CoopNavigator::configure(const CoopNavigatorConfig& config, const CameraR
 void CoopNavigator::restart() {
   filter_.restart();
   acquisition_.restart();
+  sights_.restart();
 }
 
 std::int64_t CoopNavigator::lap(Time& since) {
@@ -85,6 +86,7 @@ Status CoopNavigator::acquire(std::span<const vision::ImageView> images, Time ti
     }
   }
   filter_.start(time, solution_.estimate);
+  sights_.begin(acquired_.best.observations);
   take(time, report);
   return Status::ok;
 }
@@ -116,7 +118,8 @@ Status CoopNavigator::look_for_expected(std::span<const vision::ImageView> image
     if (status != Status::ok) return status;
     report.dropped += found.overflow + found.dropped_runs + found.dropped_regions;
   }
-  assign_spots(markers_, spots_, config_.tracking, assignment_);
+  sights_.mark(markers_);
+  assign_spots(markers_, spots_, Markers::in_sight, config_.tracking, assignment_);
   return Status::ok;
 }
 
@@ -132,9 +135,11 @@ Status CoopNavigator::track(std::span<const vision::ImageView> images, Time time
 
   solution_.used.fill(false);
   report.state = filter_.output();
-  const bool enough = assignment_.observations.size() >= config_.min_observations;
-  status = enough ? estimator_.solve(assignment_.observations, &predicted, solution_) : Status::too_few_features;
-  if (status == Status::ok && filter_.update(solution_.estimate) == Status::ok) {
+  if (assignment_.observations.size() < config_.min_observations) {
+    update_from_few(report);
+  } else if (estimator_.solve(assignment_.observations, &predicted, solution_) == Status::ok &&
+             filter_.update(solution_.estimate) == Status::ok) {
+    look_at_sights();
     take(time, report);
   } else {
     solution_.used.fill(false);
@@ -142,6 +147,28 @@ Status CoopNavigator::track(std::span<const vision::ImageView> images, Time time
   }
   report.times.update_ns += lap(since);
   return Status::ok;
+}
+
+void CoopNavigator::update_from_few(StepReport& report) {
+  if (filter_.update(estimator_.rig(), config_.target, assignment_.observations, solution_.used) == Status::ok) {
+    solution_.estimate.pose = filter_.pose();
+    solution_.estimate.covariance = filter_.pose_covariance();
+    look_at_sights();
+  }
+  report.state = filter_.output();
+  report_markers(report);
+  report.inliers = static_cast<std::uint16_t>(
+      std::count(solution_.used.begin(), solution_.used.begin() + assignment_.observations.size(), true));
+}
+
+void CoopNavigator::look_at_sights() {
+  agreeing_markers_.clear();
+  for (std::size_t c = 0; c < estimator_.rig().size(); ++c) {
+    expect_markers(estimator_.rig(), config_.target, solution_.estimate.pose, solution_.estimate.covariance,
+                   static_cast<std::uint16_t>(c), image_border_px, config_.tracking, agreeing_markers_);
+  }
+  find_agreeing_spots(agreeing_markers_, spots_, config_.tracking, agreeing_);
+  sights_.record(agreeing_markers_, agreeing_);
 }
 
 void CoopNavigator::take(Time time, StepReport& report) {

@@ -3,6 +3,7 @@
 
 #include "fsw/app/navigator.hpp"
 #include "fsw/estimation/cooperative_estimator.hpp"
+#include "fsw/estimation/marker_sights.hpp"
 #include "fsw/estimation/pose_filter.hpp"
 #include "fsw/estimation/spot_acquisition.hpp"
 #include "fsw/estimation/spot_tracking.hpp"
@@ -46,6 +47,10 @@ class CoopNavigator final : public Navigator {
   /// Spots where markers are expected.
   Status look_for_expected(std::span<const vision::ImageView> images, const Pose& pose, const Mat6& covariance,
                            StepReport& report);
+  /// Too few for a pose of their own: they correct the predicted one.
+  void update_from_few(StepReport& report);
+  /// Which markers are in sight, by the pose just solved.
+  void look_at_sights();
   void take(Time time, StepReport& report);
   void report_markers(StepReport& report) const;
   [[nodiscard]] std::int64_t lap(Time& since);
@@ -56,10 +61,13 @@ class CoopNavigator final : public Navigator {
   vision::LightSpotFinder finder_;
   SpotAcquisition acquisition_;
   PoseFilter filter_;
+  MarkerSights sights_;
 
   RigSpots spots_;
   ExpectedMarkers markers_;
   SpotAssignment assignment_;
+  ExpectedMarkers agreeing_markers_;
+  SpotAssignment agreeing_;
   CooperativeSolution solution_;
   AcquiredSpots acquired_;
 };

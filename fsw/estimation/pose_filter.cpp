@@ -1,12 +1,11 @@
 #include "fsw/estimation/pose_filter.hpp"
 
 #include "fsw/attitude/quaternion.hpp"
+#include "fsw/geometry/marker_image.hpp"
 #include "fsw/math/covariance_kernels.hpp"
 
 namespace relnav {
 namespace {
-
-MatrixView view_of(Mat6& m) { return {m.data(), 6, 6, 6}; }
 
 Mat6 symmetric(const Mat6& m) { return 0.5 * (m + m.transpose()); }
 
@@ -48,28 +47,58 @@ Status PoseFilter::predict(Time time) {
   return Status::ok;
 }
 
+template <int n>
+Status PoseFilter::correct(const Mat<12, n>& PH, Mat<n, n> S, Mat<n> innovation, double gate_chi2) {
+  const Status status = cholesky_lower(MatrixView{S.data(), n, n, n});
+  if (status != Status::ok) return status;
+  // B = P H' L^-T, y = L^-1 innovation: K innovation = B y, K H P = B B'.
+  Mat<12, n> B = PH;
+  solve_right_transposed({S.data(), n, n, n}, {B.data(), 12, n, 12});
+  solve_lower({S.data(), n, n, n}, {innovation.data(), n});
+  nis_ = innovation.squaredNorm();
+  if (!(nis_ < gate_chi2)) return Status::inconsistent;
+  const Mat<12> d = B.lazyProduct(innovation);
+  state_.position += d.template segment<3>(0);
+  state_.attitude.add(d.template segment<3>(3));
+  state_.velocity += d.template segment<3>(6);
+  state_.rate += d.template segment<3>(9);
+  P_ -= B.lazyProduct(B.transpose());
+  return Status::ok;
+}
+
 Status PoseFilter::update(const PoseEstimate& measured) {
   const PoseLinearisation predicted = model_.pose(state_);
   Vec6 innovation;
   innovation << measured.pose.t_CT - predicted.t_CT,
       Quaternion::from_dcm(measured.pose.R_CT * predicted.R_CT.transpose()).rotation_vector();
   const Mat<12, 6> PH = P_.leftCols<6>().lazyProduct(predicted.J.transpose());
-  Mat6 S = symmetric(predicted.J.lazyProduct(PH.topRows<6>())) + measured.covariance;
-  const Status status = cholesky_lower(view_of(S));
-  if (status != Status::ok) return status;
-  // B = P H' L^-T, y = L^-1 innovation: K innovation = B y, K H P = B B'.
-  Mat<12, 6> B = PH;
-  solve_right_transposed(view_of(S), {B.data(), 12, 6, 12});
-  solve_lower(view_of(S), {innovation.data(), 6});
-  nis_ = innovation.squaredNorm();
-  if (!(nis_ < config_.gate_chi2)) return Status::inconsistent;
-  const Mat<12> d = B.lazyProduct(innovation);
-  state_.position += d.segment<3>(0);
-  state_.attitude.add(d.segment<3>(3));
-  state_.velocity += d.segment<3>(6);
-  state_.rate += d.segment<3>(9);
-  P_ -= B.lazyProduct(B.transpose());
-  return Status::ok;
+  const Mat6 S = symmetric(predicted.J.lazyProduct(PH.topRows<6>())) + measured.covariance;
+  return correct<6>(PH, S, innovation, config_.gate_chi2);
+}
+
+Status PoseFilter::update(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
+                          ObservationMask& used) {
+  used.fill(false);
+  Status result = Status::inconsistent;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    const PoseObservation& o = observations[i];
+    const PoseLinearisation predicted = model_.pose(state_);
+    MarkerImage image;
+    if (image_of(rig[o.camera], target.features[o.feature].p_T, {predicted.R_CT, predicted.t_CT}, image) !=
+        Status::ok) {
+      continue;
+    }
+    const Mat<2, 6> H = image.J.lazyProduct(predicted.J);
+    const Mat<12, 2> PH = P_.leftCols<6>().lazyProduct(H.transpose());
+    Mat2 S = H.lazyProduct(PH.topRows<6>());
+    S.diagonal().array() += o.sigma_px * o.sigma_px;
+    const Status status = correct<2>(PH, S, o.uv_px - image.uv_px, config_.image_gate_chi2);
+    if (status == Status::inconsistent) continue;
+    if (status != Status::ok) return status;
+    used[i] = true;
+    result = Status::ok;
+  }
+  return result;
 }
 
 Pose PoseFilter::pose() const {

@@ -1,8 +1,8 @@
 #pragma once
 #include "fsw/base/time.hpp"
 #include "fsw/estimation/motion_model.hpp"
+#include "fsw/estimation/pose_least_squares.hpp"
 #include "fsw/estimation/relative_state.hpp"
-#include "fsw/geometry/pose_observation.hpp"
 
 namespace relnav {
 
@@ -11,6 +11,7 @@ struct PoseFilterConfig {
   double rate_sigma_rad_s = 0.2;    ///< of the start rate
   ProcessNoise noise{0.05, 0.1};    ///< m/s^1.5, rad/s^1.5: targets under control
   double gate_chi2 = 35.9;          ///< six degrees of freedom, 3e-6: a pose beyond contradicts the motion
+  double image_gate_chi2 = 13.8;    ///< two, 1e-3: the same of a single image
 };
 
 /// Velocity and rate from solved poses: Kalman filter over the rigid-target motion model, poses with their covariances as
@@ -25,6 +26,11 @@ class PoseFilter {
   Status predict(Time time);
   /// inconsistent: the pose lies outside of the gate and was not used; not_positive_definite.
   Status update(const PoseEstimate& measured);
+  /// Images of single markers, for frames that have too few for a pose: one after the other, in the order given. `used`
+  /// tells which lay inside the gate.
+  /// ok: at least one; inconsistent: none; not_positive_definite.
+  Status update(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
+                ObservationMask& used);
 
   /// Where the target is by the filter.
   [[nodiscard]] Pose pose() const;
@@ -35,6 +41,10 @@ class PoseFilter {
 
  private:
   PoseFilterConfig config_;
+  /// Corrects the state by K innovation and P by K H P, from PH' and S (n x n) of the innovation; sets nis_.
+  template <int n>
+  Status correct(const Mat<12, n>& PH, Mat<n, n> S, Mat<n> innovation, double gate_chi2);
+
   RigidTargetMotion model_;
   MotionState state_;
   Mat12 P_ = Mat12::Identity();

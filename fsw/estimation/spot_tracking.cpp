@@ -2,7 +2,7 @@
 
 #include <cmath>
 
-#include "fsw/attitude/so3.hpp"
+#include "fsw/geometry/marker_image.hpp"
 
 namespace relnav {
 
@@ -14,42 +14,49 @@ void expect_markers(const CameraRig& rig, const TargetModel& target, const Pose&
   for (std::size_t i = 0; i < target.features.size(); ++i) {
     const TargetFeature& f = target.features[i];
     if (!faces(f, centre_T, settings.least_cosine)) continue;
-    const Vec3 X_r = pose.R_CT * f.p_T;
+    MarkerImage image;
+    if (image_of(seen_by, f.p_T, pose, image) != Status::ok) continue;
+    if (!seen_by.model.in_image(image.uv_px, border_px)) continue;
     ExpectedMarker m;
-    Mat23 J_uv_p;
-    if (seen_by.model.project(Vec3(seen_by.R_KC * (X_r + pose.t_CT) + seen_by.t_KC), m.uv_px, J_uv_p) != Status::ok) {
-      continue;
-    }
-    if (!seen_by.model.in_image(m.uv_px, border_px)) continue;
+    m.uv_px = image.uv_px;
     m.feature = static_cast<std::uint16_t>(i);
     m.camera = camera;
-    Mat<2, 6> J;  // of [dt dphi]
-    J.leftCols<3>() = J_uv_p * seen_by.R_KC;
-    J.rightCols<3>() = -(J.leftCols<3>() * cross_matrix(X_r));
-    const Mat<2, 6> JP = J.lazyProduct(pose_covariance);
-    m.S_px2 = JP.lazyProduct(J.transpose());
+    const Mat<2, 6> JP = image.J.lazyProduct(pose_covariance);
+    m.S_px2 = JP.lazyProduct(image.J.transpose());
     if (markers.push_back(m) != Status::ok) return;  // as many places as features and cameras: cannot be
   }
 }
 
-void assign_spots(const ExpectedMarkers& markers, const RigSpots& spots, const SpotTrackingSettings& settings,
-                  SpotAssignment& out) {
+namespace {
+
+struct Gate {
+  double floor_sigma_px;  ///< added to the prediction
+  double chi2;
+};
+
+bool is_as_bright(const LightSpot& spot, const ExpectedMarker& marker, double ratio) {
+  return !(marker.flux > 0.0) || (spot.flux < ratio * marker.flux && marker.flux < ratio * spot.flux);
+}
+
+void assign(const ExpectedMarkers& markers, const RigSpots& spots, Markers which, const Gate& gate,
+            const SpotTrackingSettings& settings, SpotAssignment& out) {
   out.observations.clear();
+  out.flux.clear();
   out.marker.clear();
   std::array<std::array<bool, config::max_spots>, config::max_cameras> taken{};
   std::array<bool, config::max_observations> served{};
-  const double floor2 = settings.floor_sigma_px * settings.floor_sigma_px;
+  const double floor2 = gate.floor_sigma_px * gate.floor_sigma_px;
   // Nearest pair first, as often as there are markers.
   for (std::size_t round = 0; round < markers.size(); ++round) {
-    double least = settings.gate_chi2;
+    double least = gate.chi2;
     std::size_t best_marker = markers.size();
     std::size_t best_spot = 0;
     for (std::size_t k = 0; k < markers.size(); ++k) {
-      if (served[k]) continue;
+      if (served[k] || (which == Markers::in_sight && !markers[k].in_sight)) continue;
       const ExpectedMarker& m = markers[k];
       const LightSpots& of_camera = spots[m.camera];
       for (std::size_t s = 0; s < of_camera.size(); ++s) {
-        if (taken[m.camera][s]) continue;
+        if (taken[m.camera][s] || !is_as_bright(of_camera[s], m, settings.flux_ratio)) continue;
         const Vec2 d = of_camera[s].uv_px - m.uv_px;
         const double noise2 = floor2 + of_camera[s].sigma_px * of_camera[s].sigma_px;
         const double a = m.S_px2(0, 0) + noise2;
@@ -73,11 +80,23 @@ void assign_spots(const ExpectedMarkers& markers, const RigSpots& spots, const S
     o.camera = m.camera;
     o.uv_px = spot.uv_px;
     o.sigma_px = std::sqrt(spot.sigma_px * spot.sigma_px + settings.model_sigma_px * settings.model_sigma_px);
-    if (out.observations.push_back(o) != Status::ok ||
+    if (out.observations.push_back(o) != Status::ok || out.flux.push_back(spot.flux) != Status::ok ||
         out.marker.push_back(static_cast<std::uint16_t>(best_marker)) != Status::ok) {
       return;
     }
   }
+}
+
+}  // namespace
+
+void assign_spots(const ExpectedMarkers& markers, const RigSpots& spots, Markers which,
+                  const SpotTrackingSettings& settings, SpotAssignment& out) {
+  assign(markers, spots, which, {settings.floor_sigma_px, settings.gate_chi2}, settings, out);
+}
+
+void find_agreeing_spots(const ExpectedMarkers& markers, const RigSpots& spots, const SpotTrackingSettings& settings,
+                         SpotAssignment& out) {
+  assign(markers, spots, Markers::all, {settings.model_sigma_px, settings.agreement_chi2}, settings, out);
 }
 
 }  // namespace relnav

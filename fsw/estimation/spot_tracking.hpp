@@ -10,12 +10,16 @@ struct ExpectedMarker {
   std::uint16_t camera = 0;
   Vec2 uv_px = Vec2::Zero();
   Mat2 S_px2 = Mat2::Identity();  ///< of the prediction alone, from the pose's covariance
+  bool in_sight = true;           ///< by the frames before (MarkerSights)
+  double flux = 0.0;              ///< when last in sight, as LightSpot has it; 0: not known
 };
 using ExpectedMarkers = BoundedVector<ExpectedMarker, config::max_observations>;
 
 struct SpotTrackingSettings {
   double gate_chi2 = 16.0;       ///< two degrees of freedom, 3e-4
   double floor_sigma_px = 0.7;   ///< added to the prediction: the target does not move quite as the filter thinks
+  double agreement_chi2 = 16.0;  ///< likewise: of a spot that agrees with a solved pose
+  double flux_ratio = 2.0;  ///< up or down from frame to frame: beyond, part of the light is hidden, or it is another
   double model_sigma_px = 0.03;  ///< added to a spot's own sigma: markers are not quite where the model says
   double least_cosine = 0.1;     ///< of a face towards the camera; beyond it is not expected
 };
@@ -28,12 +32,17 @@ void expect_markers(const CameraRig& rig, const TargetModel& target, const Pose&
 
 struct SpotAssignment {
   PoseObservations observations;
+  BoundedVector<double, config::max_observations> flux;  ///< of each observation's spot
   BoundedVector<std::uint16_t, config::max_observations>
       marker;  ///< of each observation, position in the expected markers
 };
-/// One-to-one assignment of spots to expected markers within the gate, nearest pairs first. The observations carry the spots'
-/// sigmas with model_sigma added.
-void assign_spots(const ExpectedMarkers& markers, const RigSpots& spots, const SpotTrackingSettings& settings,
-                  SpotAssignment& out);
+enum class Markers : std::uint8_t { all, in_sight };
+/// One-to-one assignment of spots to expected markers within the gate of a predicted pose, nearest pairs first. The
+/// observations carry the spots' sigmas with model_sigma added.
+void assign_spots(const ExpectedMarkers& markers, const RigSpots& spots, Markers which,
+                  const SpotTrackingSettings& settings, SpotAssignment& out);
+/// The same for markers expected by the pose that was solved in this frame: what lies within its noise.
+void find_agreeing_spots(const ExpectedMarkers& markers, const RigSpots& spots, const SpotTrackingSettings& settings,
+                         SpotAssignment& out);
 
 }  // namespace relnav

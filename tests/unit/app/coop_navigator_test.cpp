@@ -178,13 +178,37 @@ TEST(CoopNavigator, BearsHiddenLedsAndClutter) {
     }
     scene.render(hidden, clutter);
     CHECK_TRUE(process() == Status::ok);
-    LONGS_EQUAL(8 - static_cast<int>(hidden.size()), report->inliers);
-    if (k > 0) LONGS_EQUAL(static_cast<int>(hidden.size()), count(FeatureUse::not_found) + count(FeatureUse::rejected));
+    // Those that come back count from the third frame on.
+    const int unused = static_cast<int>(hidden.size()) + (k >= 15 && k < 18 ? 2 : 0);
+    LONGS_EQUAL(8 - unused, report->inliers);
+    if (k > 0) LONGS_EQUAL(unused, count(FeatureUse::not_found) + count(FeatureUse::rejected));
     for (const app::FeatureReport& f : report->feature_reports) {
       if (std::find(hidden.begin(), hidden.end(), f.index) != hidden.end()) {
         CHECK_TRUE(f.use != FeatureUse::low_innovation);
       }
     }
+    check_pose();
+  }
+}
+
+TEST(CoopNavigator, AGlintWhereAHiddenLedWouldBeIsNotTakenForIt) {
+  // Three of the eight are hidden from the 5th frame on. From the 10th on, every second frame has a glint half a pixel off the
+  // place of each: nearer than anything that five others could tell by their residuals.
+  configure(test::one_camera(), test::eight_leds());
+  const std::vector<std::size_t> hidden{0, 3, 6};
+  for (int k = 0; k < 30; ++k, next()) {
+    std::vector<Vec2> glints;
+    if (k >= 10 && k % 2 == 0) {
+      for (const std::size_t h : hidden) {
+        Vec2 uv_px;
+        const Vec3 p_C = scene.pose.R_CT * scene.target.features[h].p_T + scene.pose.t_CT;
+        CHECK_TRUE(scene.rig[0].model.project(p_C, uv_px) == Status::ok);
+        glints.emplace_back(uv_px + Vec2(0.4, 0.3));
+      }
+    }
+    scene.render(k >= 5 ? hidden : std::vector<std::size_t>{}, glints);
+    CHECK_TRUE(process() == Status::ok);
+    LONGS_EQUAL(k >= 5 ? 5 : 8, report->inliers);
     check_pose();
   }
 }
@@ -234,19 +258,25 @@ TEST(CoopNavigator, WithoutSpotsTheStateIsThePredictedOne) {
   CHECK_FALSE(navigator->has_started());
 }
 
-TEST(CoopNavigator, TooFewSpotsGiveNoPose) {
+TEST(CoopNavigator, TooFewSpotsForAPoseCorrectThePredictedOne) {
   configure(test::one_camera(), test::eight_leds());
-  scene.render();
-  CHECK_TRUE(process() == Status::ok);
-  next();
-  scene.render({0, 1, 2, 3, 4});  // three left: up to four poses
-  CHECK_TRUE(process() == Status::ok);
-  LONGS_EQUAL(3, report->matched);
-  LONGS_EQUAL(0, report->inliers);
-  next();
-  scene.render({0, 1, 2, 3});
-  CHECK_TRUE(process() == Status::ok);
-  LONGS_EQUAL(4, report->inliers);
+  for (int k = 0; k < 10; ++k, next()) {
+    scene.render();
+    CHECK_TRUE(process() == Status::ok);
+  }
+  for (int k = 0; k < 15; ++k, next()) {
+    scene.render({0, 1, 2, 3, 4});  // three left: by themselves up to four poses
+    CHECK_TRUE(process() == Status::ok);
+    LONGS_EQUAL(3, report->matched);
+    LONGS_EQUAL(3, report->inliers);
+    check_pose();
+  }
+  for (int k = 0; k < 4; ++k, next()) {
+    scene.render({0, 1, 2, 3});
+    CHECK_TRUE(process() == Status::ok);
+    LONGS_EQUAL(k < 3 ? 3 : 4, report->inliers);
+    check_pose();
+  }
 }
 
 TEST(CoopNavigator, APoseTheFilterRefusesIsNotUsed) {

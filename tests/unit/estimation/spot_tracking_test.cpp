@@ -35,9 +35,10 @@ TEST_GROUP(SpotTracking) {
 
   void expect(const ExpectedMarker& m) { CHECK(markers.push_back(m) == Status::ok); }
   void put(std::size_t camera, const LightSpot& s) { CHECK(spots[camera].push_back(s) == Status::ok); }
-  void assign() {
-    assign_spots(markers, spots, settings, assignment);
+  void assign(Markers which = Markers::all) {
+    assign_spots(markers, spots, which, settings, assignment);
     LONGS_EQUAL(static_cast<int>(assignment.observations.size()), static_cast<int>(assignment.marker.size()));
+    LONGS_EQUAL(static_cast<int>(assignment.observations.size()), static_cast<int>(assignment.flux.size()));
   }
   /// Position of the observation of an expected marker, or -1.
   int observation_of(std::size_t marker) const {
@@ -197,6 +198,54 @@ TEST(SpotTracking, the_gate_is_that_of_prediction_floor_and_spot) {
   CHECK(!is_taken(8.01 * along, S));
   CHECK(is_taken(3.99 * across, S));
   CHECK(!is_taken(4.01 * across, S));
+}
+
+TEST(SpotTracking, a_marker_out_of_sight_leaves_its_spot_to_the_others) {
+  expect(marker_at(5, 0, 100.0, 100.0));
+  expect(marker_at(6, 0, 102.0, 100.0));
+  markers[1].in_sight = false;
+  put(0, spot_at(101.5, 100.0));  // nearer to the second
+  assign(Markers::in_sight);
+  LONGS_EQUAL(1, static_cast<int>(assignment.observations.size()));
+  LONGS_EQUAL(5, assignment.observations[0].feature);
+  assign(Markers::all);
+  LONGS_EQUAL(6, assignment.observations[0].feature);
+}
+
+TEST(SpotTracking, a_spot_of_another_brightness_is_another_light) {
+  settings.flux_ratio = 2.0;
+  const auto is_taken = [&](double known, double flux) {
+    markers.clear();
+    spots[0].clear();
+    expect(marker_at(0, 0, 50.0, 60.0));
+    markers[0].flux = known;
+    put(0, spot_at(50.1, 60.1));
+    spots[0][0].flux = flux;
+    assign();
+    return observation_of(0) == 0;
+  };
+  CHECK(is_taken(3.0, 5.9));
+  CHECK(!is_taken(3.0, 6.1));
+  CHECK(is_taken(3.0, 1.6));
+  CHECK(!is_taken(3.0, 1.4));
+  CHECK(is_taken(0.0, 1.4));  // not known
+  DOUBLES_EQUAL(1.4, assignment.flux[0], 0.0);
+}
+
+TEST(SpotTracking, agreement_has_the_gate_of_the_noise_alone) {
+  settings.model_sigma_px = 0.03;
+  settings.agreement_chi2 = 16.0;
+  const auto agrees = [&](double off_px) {
+    markers.clear();
+    spots[0].clear();
+    expect(marker_at(0, 0, 50.0, 60.0));
+    markers[0].in_sight = false;  // all are looked at
+    put(0, spot_at(50.0 + off_px, 60.0, 0.04));
+    find_agreeing_spots(markers, spots, settings, assignment);
+    return observation_of(0) == 0;
+  };
+  CHECK(agrees(0.199));  // 4 sigma of 0.05 px
+  CHECK(!agrees(0.201));
 }
 
 TEST(SpotTracking, the_sigma_of_the_spot_is_carried_with_that_of_the_model) {
