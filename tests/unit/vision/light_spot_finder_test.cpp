@@ -6,6 +6,7 @@
 #include <memory>
 #include <vector>
 
+#include "tests/support/lamp_scene.hpp"
 #include "tests/unit/vision/test_images.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -13,96 +14,9 @@
 namespace relnav::vision {
 namespace {
 
-constexpr double psf_px = 0.75;
-constexpr double gain = 150.0;  // electrons a DN
-constexpr double read_noise = 0.4;
-
-struct Lamp {
-  double u = 0.0;
-  double v = 0.0;
-  double radius = 0.0;     // of the disc, px; 0: a point
-  double amplitude = 0.0;  // DN of a disc wider than the point spread; of a point: of the peak
-  double streak_u = 0.0;   // path in the exposure, px
-  double streak_v = 0.0;
-};
-
-double step(double x) { return 0.5 * (1.0 + std::erf(x / std::sqrt(2.0))); }
-
-/// Sum of point images over a disc, each integrated over the pixels exactly; levels in DN, not clipped.
-class Scene {
- public:
-  Scene(int width, int height, double background)
-      : width_(width), levels_(static_cast<std::size_t>(width * height), background) {}
-
-  void add(const Lamp& lamp) {
-    const double path = std::hypot(lamp.streak_u, lamp.streak_v);
-    if (path > 0.0) {
-      const int parts = static_cast<int>(std::ceil(path / 0.5));
-      for (int i = 0; i < parts; ++i) {
-        const double from_middle = (i + 0.5) / parts - 0.5;
-        add({lamp.u + from_middle * lamp.streak_u, lamp.v + from_middle * lamp.streak_v, lamp.radius,
-             lamp.amplitude / parts});
-      }
-      return;
-    }
-    const int rings = lamp.radius > 0.0 ? static_cast<int>(std::ceil(lamp.radius / 0.2)) : 0;
-    if (rings == 0) {
-      add_point(lamp.u, lamp.v, lamp.amplitude * 2.0 * M_PI * psf_px * psf_px);
-      return;
-    }
-    const double step_px = lamp.radius / rings;
-    for (int i = 0; i < rings; ++i) {
-      const double r = (i + 0.5) * step_px;
-      const int parts = 6 * (2 * i + 1);
-      const double flux = lamp.amplitude * 2.0 * M_PI * r * step_px / parts;
-      for (int k = 0; k < parts; ++k) {
-        const double angle = 2.0 * M_PI * (k + 0.3) / parts;
-        add_point(lamp.u + r * std::cos(angle), lamp.v + r * std::sin(angle), flux);
-      }
-    }
-  }
-
-  /// With the camera's noise, clipped; DN times `factor`.
-  template <typename Pixel>
-  std::vector<Pixel> expose(Generator* noise, double factor = 1.0, double full_scale = 255.0) const {
-    std::vector<Pixel> pixels(levels_.size());
-    for (std::size_t i = 0; i < levels_.size(); ++i) {
-      double level = levels_[i];
-      if (noise != nullptr) level += std::sqrt(read_noise * read_noise + level / gain) * test::normal(*noise);
-      pixels[i] = static_cast<Pixel>(factor * std::clamp(std::floor(level + 0.5), 0.0, full_scale));
-    }
-    return pixels;
-  }
-  [[nodiscard]] int width() const { return width_; }
-  [[nodiscard]] int height() const { return static_cast<int>(levels_.size()) / width_; }
-  [[nodiscard]] double& at(int u, int v) { return levels_[static_cast<std::size_t>(v * width_ + u)]; }
-
- private:
-  void add_point(double u, double v, double flux) {
-    constexpr int reach = 5;
-    const int uc = static_cast<int>(std::lround(u));
-    const int vc = static_cast<int>(std::lround(v));
-    std::array<double, 2 * reach + 1> along{};
-    for (int k = -reach; k <= reach; ++k) {
-      along[static_cast<std::size_t>(k + reach)] =
-          step((uc + k + 0.5 - u) / psf_px) - step((uc + k - 0.5 - u) / psf_px);
-    }
-    for (int y = std::max(vc - reach, 0); y <= std::min(vc + reach, height() - 1); ++y) {
-      const double across = flux * (step((y + 0.5 - v) / psf_px) - step((y - 0.5 - v) / psf_px));
-      for (int x = std::max(uc - reach, 0); x <= std::min(uc + reach, width_ - 1); ++x) {
-        at(x, y) += across * along[static_cast<std::size_t>(x - uc + reach)];
-      }
-    }
-  }
-
-  int width_;
-  std::vector<double> levels_;
-};
-
-template <typename Pixel>
-GreyImageView<Pixel> view_of(const Scene& scene, const std::vector<Pixel>& pixels) {
-  return {pixels.data(), scene.width(), scene.height(), scene.width()};
-}
+using test::Lamp;
+using test::view_of;
+using Scene = test::LampScene;
 
 /// Spot nearest to (u, v) within 2 px, or null.
 const LightSpot* nearest(const LightSpots& spots, double u, double v) {
@@ -135,8 +49,8 @@ TEST_GROUP(LightSpotFinder) {
   SpotReport report;
 
   void setup() override {
-    settings.gain_electrons_dn = gain;
-    settings.read_noise_dn = read_noise;
+    settings.gain_electrons_dn = test::lamp_gain;
+    settings.read_noise_dn = test::lamp_read_noise;
     configure();
   }
   void configure() { CHECK(finder->configure(settings) == Status::ok); }
@@ -149,7 +63,7 @@ TEST_GROUP(LightSpotFinder) {
   Errors measure(double radius, double amplitude, double background, int count, std::uint64_t seed) {
     Errors errors;
     Generator phase(17);
-    Generator noise(seed);
+    relnav::test::Normal noise(seed);
     double squares = 0.0;
     double normalised = 0.0;
     for (int i = 0; i < count; ++i) {
@@ -222,7 +136,7 @@ TEST(LightSpotFinder, SpotsBlurredByMotionKeepTheirMiddle) {
 
 TEST(LightSpotFinder, SigmaIsHonestUnderTheCamerasNoise) {
   settings.sigma_floor_px = 0.0;
-  settings.gain_electrons_dn = gain;
+  settings.gain_electrons_dn = test::lamp_gain;
   configure();
   // Larger and brighter ones: what the profile does not explain is stated on top.
   for (const double radius : {0.0, 1.5}) {
@@ -293,16 +207,16 @@ TEST(LightSpotFinder, SixteenBitsGiveWhatEightScaledGive) {
   for (int i = 0; i < 12; ++i) {
     scene.add({10.0 + 180.0 * positions.uniform(), 10.0 + 100.0 * positions.uniform(), 0.3 * i, 100.0 + 60.0 * i});
   }
-  Generator noise(8);
-  Generator same_noise(8);
+  relnav::test::Normal noise(8);
+  relnav::test::Normal same_noise(8);
   find(scene, scene.expose<std::uint8_t>(&noise));
   const LightSpots eight = spots;
   CHECK(eight.size() >= 10);
 
   SpotSettings deep = settings;
   deep.full_scale_dn = 255.0 * 257.0;
-  deep.gain_electrons_dn = gain / 257.0;
-  deep.read_noise_dn = read_noise * 257.0;
+  deep.gain_electrons_dn = test::lamp_gain / 257.0;
+  deep.read_noise_dn = test::lamp_read_noise * 257.0;
   CHECK(finder->configure(deep) == Status::ok);
   const std::vector<std::uint16_t> pixels = scene.expose<std::uint16_t>(&same_noise, 257.0);
   CHECK(finder->find(view_of(scene, pixels), spots, report) == Status::ok);
@@ -355,7 +269,7 @@ TEST(LightSpotFinder, EmptyImagesHaveNoSpots) {
   for (const double level : {0.0, 60.0, 254.0, 255.0, 400.0}) {
     for (const int width : {640, 61, 7}) {
       const Scene scene(width, 64, level);
-      Generator noise(2);
+      relnav::test::Normal noise(2);
       find(scene, scene.expose<std::uint8_t>(level < 250.0 ? &noise : nullptr));
       CHECK_EQUAL(0U, spots.size());
       CHECK_EQUAL(0, report.overflow);
@@ -439,7 +353,7 @@ TEST(LightSpotFinder, WindowsGiveWhatTheWholeImageGives) {
   Scene scene(320, 240, 4.0);
   const std::vector<Lamp> lamps{{60.3, 50.2, 2.0, 400.0}, {200.7, 80.4, 4.0, 900.0}, {120.1, 190.9, 0.0, 150.0}};
   for (const Lamp& lamp : lamps) scene.add(lamp);
-  Generator noise(4);
+  relnav::test::Normal noise(4);
   const std::vector<std::uint8_t> pixels = scene.expose<std::uint8_t>(&noise);
   find(scene, pixels);
   const LightSpots whole = spots;
