@@ -3,6 +3,9 @@
 #include <algorithm>
 #include <cmath>
 
+#include "fsw/app/stage_timer.hpp"
+#include "fsw/attitude/so3.hpp"
+
 namespace relnav::app {
 namespace {
 
@@ -14,9 +17,26 @@ constexpr double image_border_px = 2.0;
 
 }  // namespace
 
+Status CoopNavigatorConfig::check() const {
+  const bool parts = spots.check() == Status::ok && search.check() == Status::ok && tracking.check() == Status::ok &&
+                     filter.check() == Status::ok;
+  const bool own = sensor_bits >= 8 && sensor_bits <= 16 && min_observations >= 4 && phi_CT_expected.allFinite() &&
+                   expected_cone_rad >= 0.0;
+  return parts && own ? Status::ok : Status::invalid_argument;
+}
+
+vision::SpotSettings CoopNavigatorConfig::deep_spots() const {
+  vision::SpotSettings deep = spots;
+  const double levels = ((1 << sensor_bits) - 1) / spots.full_scale_dn;
+  deep.full_scale_dn *= levels;
+  deep.read_noise_dn *= levels;
+  deep.gain_electrons_dn /= levels;
+  return deep;
+}
+
 Status CoopNavigator::configure(const CoopNavigatorConfig& config, const CameraRig& rig) {
-  Status status = estimator_.configure(config.estimator, rig, config.target);
-  if (status == Status::ok) status = finder_.configure(config.spots);
+  if (config.check() != Status::ok) return Status::invalid_argument;
+  const Status status = estimator_.configure(config.estimator, rig, config.target);
   if (status != Status::ok) return status;
   config_ = config;
   filter_.configure(config.filter);
@@ -30,14 +50,25 @@ void CoopNavigator::restart() {
   sights_.restart();
 }
 
-std::int64_t CoopNavigator::lap(Time& since) {
-  const Time now = clock_.now();
-  const std::int64_t ns = (now - since).ns;
-  since = now;
-  return ns;
+Status CoopNavigator::find_spots(const CameraImage& image, std::span<const vision::PixelRegion> windows,
+                                 LightSpots& spots, StepReport& report) {
+  spots.clear();
+  const std::array<vision::PixelRegion, 1> whole{};
+  if (windows.empty()) windows = whole;
+  vision::SpotReport found;
+  Status status = Status::ok;
+  if (const auto* grey = std::get_if<vision::ImageView>(&image)) {
+    status = finder_.configure(config_.spots);
+    if (status == Status::ok) status = finder_.find(*grey, windows, spots, found);
+  } else if (const auto* deep = std::get_if<vision::ImageView16>(&image)) {
+    status = finder_.configure(config_.deep_spots());
+    if (status == Status::ok) status = finder_.find(*deep, windows, spots, found);
+  }
+  report.dropped += found.overflow + found.dropped_runs + found.dropped_regions;
+  return status;
 }
 
-Status CoopNavigator::process(std::span<const vision::ImageView> images, Time time, StepReport& report) {
+Status CoopNavigator::process(std::span<const CameraImage> images, Time time, StepReport& report) {
   const std::size_t cameras = estimator_.rig().size();
   if (images.size() != cameras) return Status::invalid_argument;
   report.estimator =
@@ -45,25 +76,23 @@ Status CoopNavigator::process(std::span<const vision::ImageView> images, Time ti
   return filter_.has_started() ? track(images, time, report) : acquire(images, time, report);
 }
 
-Status CoopNavigator::acquire(std::span<const vision::ImageView> images, Time time, StepReport& report) {
-  Time since = clock_.now();
+Status CoopNavigator::acquire(std::span<const CameraImage> images, Time time, StepReport& report) {
+  StageTimer timer(clock_);
   for (std::size_t c = 0; c < images.size(); ++c) {
-    vision::SpotReport found;
-    const Status status = finder_.find(images[c], spots_[c], found);
+    const Status status = find_spots(images[c], {}, spots_[c], report);
     if (status != Status::ok) return status;
-    report.dropped += found.overflow + found.dropped_runs + found.dropped_regions;
   }
-  report.times.detect_ns += lap(since);
+  report.times.detect_ns += timer.lap();
   const CameraRig& rig = estimator_.rig();
   Status status = acquisition_.acquire(rig, config_.target, spots_, config_.search, {}, acquired_);
   // What the spots alone leave open, or too close to chance, the expected attitude may decide.
   const bool undecided = status == Status::no_data || (status == Status::ok && acquired_.ambiguous);
   if (undecided && config_.expected_cone_rad > 0.0) {
     acquisition_.restart();
-    const AttitudePrior expected{true, config_.R_CT_expected, config_.expected_cone_rad};
+    const AttitudePrior expected{true, exp_so3(config_.phi_CT_expected), config_.expected_cone_rad};
     status = acquisition_.acquire(rig, config_.target, spots_, config_.search, expected, acquired_);
   }
-  report.times.match_ns += lap(since);
+  report.times.match_ns += timer.lap();
   report.matched = static_cast<std::uint16_t>(spots_[0].size());
   if (status == Status::no_data) return Status::too_few_features;  // of the spots, none make up the target
   if (status != Status::ok) return status;
@@ -91,11 +120,13 @@ Status CoopNavigator::acquire(std::span<const vision::ImageView> images, Time ti
   return Status::ok;
 }
 
-Status CoopNavigator::look_for_expected(std::span<const vision::ImageView> images, const Pose& pose,
-                                        const Mat6& covariance, StepReport& report) {
+Status CoopNavigator::look_for_expected(std::span<const CameraImage> images, const Pose& pose, const Mat6& covariance,
+                                        StepReport& report) {
   markers_.clear();
   BoundedVector<vision::PixelRegion, config::max_target_features> windows;
   for (std::size_t c = 0; c < images.size(); ++c) {
+    spots_[c].clear();
+    if (std::holds_alternative<std::monostate>(images[c])) continue;
     const std::size_t first = markers_.size();
     expect_markers(estimator_.rig(), config_.target, pose, covariance, static_cast<std::uint16_t>(c), image_border_px,
                    config_.tracking, markers_);
@@ -113,47 +144,49 @@ Status CoopNavigator::look_for_expected(std::span<const vision::ImageView> image
                                        v + half(1) + 1};
       if (windows.push_back(window) != Status::ok) break;
     }
-    vision::SpotReport found;
-    const Status status = finder_.find(images[c], {windows.begin(), windows.size()}, spots_[c], found);
+    if (windows.empty()) continue;
+    const Status status = find_spots(images[c], {windows.begin(), windows.size()}, spots_[c], report);
     if (status != Status::ok) return status;
-    report.dropped += found.overflow + found.dropped_runs + found.dropped_regions;
   }
   sights_.mark(markers_);
   assign_spots(markers_, spots_, Markers::in_sight, config_.tracking, assignment_);
   return Status::ok;
 }
 
-Status CoopNavigator::track(std::span<const vision::ImageView> images, Time time, StepReport& report) {
-  Time since = clock_.now();
+Status CoopNavigator::track(std::span<const CameraImage> images, Time time, StepReport& report) {
+  StageTimer timer(clock_);
   Status status = filter_.predict(time);
   if (status != Status::ok) return status;
-  report.times.predict_ns += lap(since);
+  report.times.predict_ns += timer.lap();
   const Pose predicted = filter_.pose();
   status = look_for_expected(images, predicted, filter_.pose_covariance(), report);
-  report.times.match_ns += lap(since);
+  report.times.match_ns += timer.lap();
   if (status != Status::ok) return status;
 
   solution_.used.fill(false);
   report.state = filter_.output();
   if (assignment_.observations.size() < config_.min_observations) {
-    update_from_few(report);
-  } else if (estimator_.solve(assignment_.observations, &predicted, solution_) == Status::ok &&
-             filter_.update(solution_.estimate) == Status::ok) {
-    look_at_sights();
-    take(time, report);
+    update_from_few(images, report);
   } else {
-    solution_.used.fill(false);
-    report_markers(report);
+    status = estimator_.solve(assignment_.observations, &predicted, solution_);
+    if (status == Status::ok) status = filter_.update(solution_.estimate);
+    if (status == Status::ok) {
+      look_at_sights(images);
+      take(time, report);
+    } else {
+      solution_.used.fill(false);
+      report_markers(report);
+    }
   }
-  report.times.update_ns += lap(since);
-  return Status::ok;
+  report.times.update_ns += timer.lap();
+  return status;
 }
 
-void CoopNavigator::update_from_few(StepReport& report) {
+void CoopNavigator::update_from_few(std::span<const CameraImage> images, StepReport& report) {
   if (filter_.update(estimator_.rig(), config_.target, assignment_.observations, solution_.used) == Status::ok) {
     solution_.estimate.pose = filter_.pose();
     solution_.estimate.covariance = filter_.pose_covariance();
-    look_at_sights();
+    look_at_sights(images);
   }
   report.state = filter_.output();
   report_markers(report);
@@ -161,14 +194,16 @@ void CoopNavigator::update_from_few(StepReport& report) {
       std::count(solution_.used.begin(), solution_.used.begin() + assignment_.observations.size(), true));
 }
 
-void CoopNavigator::look_at_sights() {
-  agreeing_markers_.clear();
-  for (std::size_t c = 0; c < estimator_.rig().size(); ++c) {
-    expect_markers(estimator_.rig(), config_.target, solution_.estimate.pose, solution_.estimate.covariance,
-                   static_cast<std::uint16_t>(c), image_border_px, config_.tracking, agreeing_markers_);
+void CoopNavigator::look_at_sights(std::span<const CameraImage> images) {
+  for (std::size_t c = 0; c < images.size(); ++c) {
+    if (std::holds_alternative<std::monostate>(images[c])) continue;
+    const auto camera = static_cast<std::uint16_t>(c);
+    agreeing_markers_.clear();
+    expect_markers(estimator_.rig(), config_.target, solution_.estimate.pose, solution_.estimate.covariance, camera,
+                   image_border_px, config_.tracking, agreeing_markers_);
+    find_agreeing_spots(agreeing_markers_, spots_, config_.tracking, agreeing_);
+    sights_.record(camera, agreeing_markers_, agreeing_);
   }
-  find_agreeing_spots(agreeing_markers_, spots_, config_.tracking, agreeing_);
-  sights_.record(agreeing_markers_, agreeing_);
 }
 
 void CoopNavigator::take(Time time, StepReport& report) {

@@ -14,7 +14,7 @@ namespace relnav::app {
 
 struct CoopNavigatorConfig {
   TargetModel target;
-  vision::SpotSettings spots;
+  vision::SpotSettings spots;  ///< in the levels of an 8-bit image
   SpotSearchSettings search;
   SpotTrackingSettings tracking;
   CooperativeConfig estimator;
@@ -22,8 +22,14 @@ struct CoopNavigatorConfig {
   /// Decides between poses that a symmetric layout leaves open, and helps where spots alone are too close to chance; not used
   /// otherwise. Default: the target's axes near the camera's, as in an approach. Zero: such a target is never acquired.
   double expected_cone_rad = 0.6;
-  Mat3 R_CT_expected = Mat3::Identity();
-  std::uint16_t min_observations = 4;  ///< of a frame that gives a pose
+  Vec3 phi_CT_expected = Vec3::Zero();  ///< rotation vector, rad: R_CT = Exp([phi x])
+  std::uint16_t min_observations = 4;   ///< of a frame that gives a pose of its own
+  std::uint8_t sensor_bits = 16;        ///< that a 16-bit image uses, 8 to 16: full scale is 2^bits - 1
+
+  /// invalid_argument: a setting is outside of its domain.
+  [[nodiscard]] Status check() const;
+  /// `spots` in the levels of a 16-bit image.
+  [[nodiscard]] vision::SpotSettings deep_spots() const;
 };
 
 /// Images in, relative state of a target with known light spots out: finder, acquisition, assignment, least squares, filter.
@@ -32,28 +38,32 @@ class CoopNavigator final : public Navigator {
  public:
   explicit CoopNavigator(hal::Clock& clock) : clock_(clock) {}
 
-  /// invalid_argument: the rig or target is refused by the estimator, or settings are outside their domain.
+  /// invalid_argument: the rig or target is refused by the estimator, or settings are outside their domain; nothing changes.
   Status configure(const CoopNavigatorConfig& config, const CameraRig& rig);
   void restart() override;
   [[nodiscard]] bool has_started() const override { return filter_.has_started(); }
   [[nodiscard]] bool is_starting() const override { return false; }
-  /// Not started: too_few_features (no spots that make up the target), ambiguous (nothing decides between poses).
-  Status process(std::span<const vision::ImageView> images, Time time, StepReport& report) override;
+  /// A camera without an image is left out. Not started: too_few_features (no spots that make up the target), ambiguous
+  /// (nothing decides between poses). Started: inconsistent (chi-square alarm, or the motion contradicts the pose),
+  /// ambiguous and what else solve_pose() says: not used. Fewer than min_observations: ok, they correct the predicted pose.
+  Status process(std::span<const CameraImage> images, Time time, StepReport& report) override;
   [[nodiscard]] Status check() const override { return Status::ok; }
 
  private:
-  Status acquire(std::span<const vision::ImageView> images, Time time, StepReport& report);
-  Status track(std::span<const vision::ImageView> images, Time time, StepReport& report);
+  /// Spots of one camera, in `windows` (empty: anywhere).
+  Status find_spots(const CameraImage& image, std::span<const vision::PixelRegion> windows, LightSpots& spots,
+                    StepReport& report);
+  Status acquire(std::span<const CameraImage> images, Time time, StepReport& report);
+  Status track(std::span<const CameraImage> images, Time time, StepReport& report);
   /// Spots where markers are expected.
-  Status look_for_expected(std::span<const vision::ImageView> images, const Pose& pose, const Mat6& covariance,
+  Status look_for_expected(std::span<const CameraImage> images, const Pose& pose, const Mat6& covariance,
                            StepReport& report);
   /// Too few for a pose of their own: they correct the predicted one.
-  void update_from_few(StepReport& report);
-  /// Which markers are in sight, by the pose just solved.
-  void look_at_sights();
+  void update_from_few(std::span<const CameraImage> images, StepReport& report);
+  /// Which markers are in sight of the cameras that gave an image, by the pose just solved.
+  void look_at_sights(std::span<const CameraImage> images);
   void take(Time time, StepReport& report);
   void report_markers(StepReport& report) const;
-  [[nodiscard]] std::int64_t lap(Time& since);
 
   hal::Clock& clock_;
   CoopNavigatorConfig config_;

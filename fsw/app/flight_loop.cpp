@@ -12,7 +12,8 @@ namespace {
 
 using telemetry::EventId;
 
-constexpr std::int64_t camera_number = 0;
+constexpr std::size_t first_camera = 0;
+constexpr std::size_t second_camera = 1;
 /// Whole seconds that a packet's time field can count.
 constexpr std::int64_t most_seconds_ns = 4'294'967'295'999'999'999;
 
@@ -57,11 +58,6 @@ std::uint16_t crc_of(const FlightLoopConfig& config) {
   return crc16(writer.written());
 }
 
-vision::ImageView view_of(const hal::Frame& frame) {
-  return {frame.pixels, static_cast<int>(frame.width_px), static_cast<int>(frame.height_px),
-          static_cast<int>(frame.stride_bytes)};
-}
-
 /// False: the intrinsics are unusable, or the image larger than config.hpp allows.
 bool add_camera(const CameraIntrinsics& intrinsics, const Mat3& R_KC, const Vec3& t_KC, CameraRig& rig) {
   const Expected<CameraModel> model = CameraModel::create(intrinsics);
@@ -72,8 +68,9 @@ bool add_camera(const CameraIntrinsics& intrinsics, const Mat3& R_KC, const Vec3
   return rig.push_back({model.value(), R_KC, t_KC}) == Status::ok;
 }
 
+/// The navigator has done nothing at all.
 bool is_prediction_valid(Status update) {
-  return update == Status::ok || update == Status::not_positive_definite || update == Status::not_finite;
+  return update != Status::out_of_order && update != Status::invalid_argument && update != Status::not_configured;
 }
 
 }  // namespace
@@ -127,16 +124,20 @@ Status FlightLoop::configure(const FlightLoopConfig& config) {
   config_ = config;
   config_.frames.latest_time_ns =
       std::min(config.frames.latest_time_ns, most_seconds_ns - config.packets.epoch_offset_ns);
-  checks_.configure(config_.frames, static_cast<std::uint32_t>(config.camera.width_px),
-                    static_cast<std::uint32_t>(config.camera.height_px));
+  const int sensor_bits = config.navigation == NavigationKind::noncoop ? 8 : config.coop.sensor_bits;
+  cameras_ = {};
+  for (std::size_t c = 0; c < rig.size(); ++c) {
+    const CameraIntrinsics& k = rig[c].model.intrinsics();
+    cameras_[c].checks.configure(config_.frames, static_cast<std::uint32_t>(k.width_px),
+                                 static_cast<std::uint32_t>(k.height_px), sensor_bits);
+  }
   watch_.configure(config.filter);
   watch_.restart();
   report_ = StepReport();
   counts_ = Counts();
   stamp_ = event_stamp_ = FrameStamp();
-  has_estimate_ = camera_is_lost_ = false;
+  has_estimate_ = false;
   without_update_ = 0;
-  silence_ns_ = 0;
   reported_drops_ = 0;
   configured_ = true;
   event(EventId::configuration_accepted, Status::ok, {crc_of(config)});
@@ -162,16 +163,16 @@ Status FlightLoop::configure_navigator(const FlightLoopConfig& config, const Cam
 Status FlightLoop::start() {
   if (!configured_) return Status::not_configured;
   if (report_.mode != Mode::standby) return Status::invalid_argument;
-  Status status = camera_.start();
-  if (status == Status::ok && config_.navigation == NavigationKind::coop_stereo) status = mate_.start();
-  if (status != Status::ok) {
-    event(EventId::camera_lost, status, {camera_number});
+  const bool stereo = config_.navigation == NavigationKind::coop_stereo;
+  for (std::size_t c = 0; c < (stereo ? 2U : 1U); ++c) {
+    const Status status = start_camera(c);
+    if (status == Status::ok) continue;
+    event(EventId::camera_lost, status, {static_cast<std::int64_t>(c)});
+    if (c == second_camera) static_cast<void>(stop_camera(first_camera));  // the start has failed whatever it says
     return status;
   }
-  camera_is_lost_ = false;
   without_update_ = 0;
-  silence_ns_ = 0;
-  checks_.accept_new_time_base();
+  accept_new_time_base();
   change_mode(Mode::acquire, Status::ok);
   return Status::ok;
 }
@@ -182,8 +183,9 @@ Status FlightLoop::stop() {
   watch_.restart();
   has_estimate_ = false;
   change_mode(Mode::standby, Status::ok);
-  const Status mate_stopped = config_.navigation == NavigationKind::coop_stereo ? mate_.stop() : Status::ok;
-  const Status stopped = camera_.stop();
+  const bool stereo = config_.navigation == NavigationKind::coop_stereo;
+  const Status mate_stopped = stereo ? stop_camera(second_camera) : Status::ok;
+  const Status stopped = stop_camera(first_camera);
   return stopped != Status::ok ? stopped : mate_stopped;
 }
 
@@ -216,7 +218,7 @@ void FlightLoop::begin_report() {
 }
 
 Status FlightLoop::take_frame() {
-  if (camera_is_lost_ && !try_to_recover_camera()) {
+  if (!is_there(first_camera)) {
     count_frame_without_update(Status::device_lost);
     return Status::device_lost;
   }
@@ -225,11 +227,11 @@ Status FlightLoop::take_frame() {
   const Status acquired = camera_.acquire(config_.acquire_wait, frame);
   report_.times.acquire_ns = (clock_.now() - begin).ns;
   if (acquired != Status::ok) return without_frame(acquired);
-  silence_ns_ = 0;
+  cameras_[first_camera].silence_ns = 0;
   const Status used = use_frame(frame);
   const Status released = camera_.release(frame);
   // A lease that cannot be given back would starve the camera: it is started anew.
-  if (released != Status::ok) lose_camera(released);
+  if (released != Status::ok) lose_camera(first_camera, released);
   return used;
 }
 
@@ -237,17 +239,16 @@ Status FlightLoop::without_frame(Status reason) {
   switch (reason) {
     case Status::no_data: return reason;
     case Status::timeout:
-      silence_ns_ += config_.acquire_wait.ns;
-      if (silence_ns_ < config_.camera_silence.ns) return reason;
-      silence_ns_ = 0;
+      cameras_[first_camera].silence_ns += config_.acquire_wait.ns;
+      if (cameras_[first_camera].silence_ns < config_.camera_silence.ns) return reason;
       health_due_ = true;
-      lose_camera(reason);
+      lose_camera(first_camera, reason);
       if (report_.mode == Mode::track || report_.mode == Mode::acquire) give_up_estimate(reason);
       return Status::device_lost;
     case Status::device_lost:
     case Status::not_configured:
     case Status::no_capacity:
-      lose_camera(reason);
+      lose_camera(first_camera, reason);
       count_frame_without_update(reason);
       return Status::device_lost;
     default:
@@ -259,13 +260,13 @@ Status FlightLoop::without_frame(Status reason) {
 }
 
 Status FlightLoop::use_frame(const hal::Frame& frame) {
-  const FrameCheck check = checks_.check(frame, clock_.now(), clock_.id());
+  const FrameCheck check = cameras_[first_camera].checks.check(frame, clock_.now(), clock_.id());
   if (check.fault != FrameFault::time_range) event_stamp_ = {frame.mid_exposure, frame.sequence};
   if (check.gap) report_gap(frame, check);
   if (check.restart && (navigator_->has_started() || report_.mode == Mode::track)) give_up_estimate(Status::timeout);
   if (check.fault != FrameFault::none) {
     increment(counts_.refused);
-    report_refusal(frame, check);
+    report_refusal(frame, check, config_.camera);
     count_frame_without_update(status_of(check.fault));
     return status_of(check.fault);
   }
@@ -273,34 +274,56 @@ Status FlightLoop::use_frame(const hal::Frame& frame) {
 }
 
 Status FlightLoop::use_pair(const hal::Frame& frame) {
-  std::array<vision::ImageView, config::max_cameras> images;
-  images[0] = view_of(frame);
+  std::array<CameraImage, config::max_cameras> images{image_of(frame)};
   if (config_.navigation != NavigationKind::coop_stereo) return navigate(frame, {images.data(), 1});
   hal::Frame second;
+  const bool paired = find_mate(frame, second);
+  if (paired) images[second_camera] = image_of(second);
+  const Status used = navigate(frame, images);
+  if (paired) {
+    const Status released = mate_.release(second);
+    if (released != Status::ok) lose_camera(second_camera, released);
+  }
+  return used;
+}
+
+bool FlightLoop::find_mate(const hal::Frame& frame, hal::Frame& second) {
+  if (!is_there(second_camera)) return false;
+  CameraState& state = cameras_[second_camera];
   const Status found = mate_.acquire(frame.mid_exposure, config_.second.pair_tolerance, config_.acquire_wait, second);
   if (found != Status::ok) {
-    increment(counts_.incomplete);
-    event(EventId::frame_incomplete, found, {counts_.incomplete});
-    count_frame_without_update(found);
-    return Status::incomplete;
+    without_mate(found);
+    return false;
   }
-  const CameraIntrinsics& expected = config_.second.intrinsics;
-  const bool fits = second.format == hal::PixelFormat::mono8 &&
-                    second.width_px == static_cast<std::uint32_t>(expected.width_px) &&
-                    second.height_px == static_cast<std::uint32_t>(expected.height_px);
-  Status used = Status::invalid_argument;
-  if (fits) {
-    images[1] = view_of(second);
-    used = navigate(frame, images);
-  } else {
-    increment(counts_.refused);
-    event(EventId::frame_refused_size, used,
-          {second.width_px, second.height_px, expected.width_px, expected.height_px});
-    count_frame_without_update(used);
-  }
+  state.silence_ns = 0;
+  const FrameCheck check = state.checks.check(second, clock_.now(), clock_.id());
+  if (check.gap) report_gap(second, check);
+  if (check.fault == FrameFault::none) return true;
+  increment(counts_.refused);
+  report_refusal(second, check, config_.second.intrinsics);
   const Status released = mate_.release(second);
-  if (released != Status::ok) lose_camera(released);
-  return used;
+  if (released != Status::ok) lose_camera(second_camera, released);
+  return false;
+}
+
+void FlightLoop::without_mate(Status reason) {
+  CameraState& state = cameras_[second_camera];
+  switch (reason) {
+    case Status::device_lost:
+    case Status::not_configured:
+    case Status::no_capacity: lose_camera(second_camera, reason); return;
+    case Status::timeout:
+      // A frame of a later time waits: this one's was missed.
+      state.silence_ns = mate_.is_waiting() ? 0 : state.silence_ns + config_.acquire_wait.ns;
+      if (state.silence_ns >= config_.camera_silence.ns) {
+        lose_camera(second_camera, reason);
+        return;
+      }
+      break;
+    default: break;
+  }
+  increment(counts_.incomplete);
+  event(EventId::frame_incomplete, reason, {counts_.incomplete});
 }
 
 /// What kept the navigator from starting, as an event.
@@ -318,7 +341,7 @@ Status FlightLoop::judge_start(Status status) {
   return status;
 }
 
-Status FlightLoop::navigate(const hal::Frame& frame, std::span<const vision::ImageView> images) {
+Status FlightLoop::navigate(const hal::Frame& frame, std::span<const CameraImage> images) {
   stamp_ = {frame.mid_exposure, frame.sequence};
   frame_processed_ = true;
   increment(counts_.processed);
@@ -366,12 +389,10 @@ void FlightLoop::report_gap(const hal::Frame& frame, const FrameCheck& check) {
   event(EventId::frame_gap, Status::ok, {frame.sequence, check.previous_sequence, check.missing_frames});
 }
 
-void FlightLoop::report_refusal(const hal::Frame& frame, const FrameCheck& check) {
+void FlightLoop::report_refusal(const hal::Frame& frame, const FrameCheck& check, const CameraIntrinsics& expected) {
   EventArgs args{};
   switch (check.fault) {
-    case FrameFault::size:
-      args = {frame.width_px, frame.height_px, config_.camera.width_px, config_.camera.height_px};
-      break;
+    case FrameFault::size: args = {frame.width_px, frame.height_px, expected.width_px, expected.height_px}; break;
     case FrameFault::format: args = {static_cast<std::int64_t>(frame.format)}; break;
     case FrameFault::age: args = {frame.sequence, check.age.ns, config_.frames.max_age.ns}; break;
     case FrameFault::no_contrast: args = {check.darkest, check.brightest}; break;
@@ -388,21 +409,37 @@ void FlightLoop::report_refusal(const hal::Frame& frame, const FrameCheck& check
 
 // ---- camera ----
 
-void FlightLoop::lose_camera(Status reason) {
-  if (camera_is_lost_) return;
-  camera_is_lost_ = true;
-  recovery_attempts_ = 0;
-  increment(counts_.camera_losses);
-  event(EventId::camera_lost, reason, {camera_number});
+Status FlightLoop::start_camera(std::size_t camera) {
+  CameraState& state = cameras_[camera];
+  const Status status = camera == first_camera ? camera_.start() : mate_.start();
+  state.is_lost = status != Status::ok;
+  state.silence_ns = 0;
+  return status;
 }
 
-bool FlightLoop::try_to_recover_camera() {
-  increment(recovery_attempts_);
-  const Status stopped = camera_.stop();  // a camera that only fell silent still streams
-  if (camera_.start() != Status::ok) return false;
-  camera_is_lost_ = false;
-  event(EventId::camera_recovered, stopped, {camera_number, recovery_attempts_});
+Status FlightLoop::stop_camera(std::size_t camera) { return camera == first_camera ? camera_.stop() : mate_.stop(); }
+
+void FlightLoop::lose_camera(std::size_t camera, Status reason) {
+  CameraState& state = cameras_[camera];
+  if (state.is_lost) return;
+  state.is_lost = true;
+  state.recovery_attempts = 0;
+  increment(counts_.camera_losses);
+  event(EventId::camera_lost, reason, {static_cast<std::int64_t>(camera)});
+}
+
+bool FlightLoop::is_there(std::size_t camera) {
+  CameraState& state = cameras_[camera];
+  if (!state.is_lost) return true;
+  increment(state.recovery_attempts);
+  const Status stopped = stop_camera(camera);  // a camera that only fell silent still streams
+  if (start_camera(camera) != Status::ok) return false;
+  event(EventId::camera_recovered, stopped, {static_cast<std::int64_t>(camera), state.recovery_attempts});
   return true;
+}
+
+void FlightLoop::accept_new_time_base() {
+  for (CameraState& state : cameras_) state.checks.accept_new_time_base();
 }
 
 // ---- modes ----
@@ -413,7 +450,7 @@ void FlightLoop::count_frame_without_update(Status reason) {
   if (report_.mode == Mode::track || report_.mode == Mode::acquire) {
     give_up_estimate(reason);
   } else {
-    checks_.accept_new_time_base();
+    accept_new_time_base();
   }
 }
 
@@ -425,7 +462,7 @@ void FlightLoop::give_up_estimate(Status reason) {
   }
   navigator_->restart();
   watch_.restart();
-  checks_.accept_new_time_base();
+  accept_new_time_base();
   has_estimate_ = false;
   report_.state = RelativeState();
   if (report_.mode != Mode::lost) change_mode(Mode::lost, reason);
@@ -467,7 +504,8 @@ void FlightLoop::send_health() {
   p.time_ns = static_cast<std::uint64_t>(stamp_.time.ns);
   p.frame_sequence = stamp_.sequence;
   p.mode = static_cast<std::uint8_t>(report_.mode);
-  if (!camera_is_lost_) p.flags |= telemetry::health::camera_streaming;
+  const bool streaming = std::none_of(cameras_.begin(), cameras_.end(), [](const CameraState& c) { return c.is_lost; });
+  if (streaming) p.flags |= telemetry::health::camera_streaming;
   if (navigator_->has_started()) p.flags |= telemetry::health::filter_running;
   p.last_status = static_cast<std::uint8_t>(report_.status);
   p.frames_processed = counts_.processed;

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <span>
 #include <variant>
@@ -22,7 +23,8 @@ namespace relnav::app {
 /// measures stage times (and the age of frames, if limited): the same frames give the same packets, bit for bit.
 class FlightLoop {
  public:
-  /// `second`: the other camera of a pair, for coop_stereo.
+  /// `second`: the other camera of a pair, for coop_stereo. Steps go by the frames of the first; while the second gives none
+  /// (lost, late, damaged) the loop goes on with what the first one sees.
   FlightLoop(hal::Camera& camera, hal::Clock& clock, hal::PacketLink& link, hal::Watchdog& watchdog,
              hal::Camera* second = nullptr);
 
@@ -61,6 +63,13 @@ class FlightLoop {
     std::uint32_t refused_updates = 0;
   };
 
+  struct CameraState {
+    FrameChecks checks;
+    bool is_lost = false;
+    std::uint32_t recovery_attempts = 0;
+    std::int64_t silence_ns = 0;  ///< waited without a frame, by the length of the waits asked for
+  };
+
   [[nodiscard]] ConfigItem validate(const FlightLoopConfig& config, CameraRig& rig) const;
   /// The navigator that the configuration asks for takes it.
   Status configure_navigator(const FlightLoopConfig& config, const CameraRig& rig);
@@ -69,13 +78,20 @@ class FlightLoop {
   Status without_frame(Status reason);
   Status use_frame(const hal::Frame& frame);
   Status use_pair(const hal::Frame& frame);
-  Status navigate(const hal::Frame& frame, std::span<const vision::ImageView> images);
+  Status navigate(const hal::Frame& frame, std::span<const CameraImage> images);
   Status judge_start(Status status);
   void report_gap(const hal::Frame& frame, const FrameCheck& check);
-  void report_refusal(const hal::Frame& frame, const FrameCheck& check);
+  void report_refusal(const hal::Frame& frame, const FrameCheck& check, const CameraIntrinsics& expected);
 
-  [[nodiscard]] bool try_to_recover_camera();
-  void lose_camera(Status reason);
+  Status start_camera(std::size_t camera);
+  Status stop_camera(std::size_t camera);
+  /// Of a lost camera: tries to start it anew. True: it works.
+  [[nodiscard]] bool is_there(std::size_t camera);
+  void lose_camera(std::size_t camera, Status reason);
+  void accept_new_time_base();
+  /// The second camera's frame of the same time as `frame`, checked. False: there is none to be used.
+  [[nodiscard]] bool find_mate(const hal::Frame& frame, hal::Frame& second);
+  void without_mate(Status reason);
 
   /// A frame that brought nothing to the estimate: after too many in a row it is given up.
   void count_frame_without_update(Status reason);
@@ -96,7 +112,7 @@ class FlightLoop {
   std::variant<NoncoopNavigator, CoopNavigator> navigators_;  ///< one at a time: they share their memory
   Navigator* navigator_;                                      ///< the one there is
   FrameMate mate_;                                            ///< frames of the second camera
-  FrameChecks checks_;
+  std::array<CameraState, config::max_cameras> cameras_;
   FilterWatch watch_;
   TelemetryWriter telemetry_;
 
@@ -105,12 +121,9 @@ class FlightLoop {
   FrameStamp stamp_;        ///< latest frame used
   FrameStamp event_stamp_;  ///< frame that events of this step concern
   bool has_estimate_ = false;
-  bool frame_processed_ = false;  ///< in this step
-  bool health_due_ = false;       ///< in this step, whatever the count
-  bool camera_is_lost_ = false;
-  std::uint32_t recovery_attempts_ = 0;
+  bool frame_processed_ = false;      ///< in this step
+  bool health_due_ = false;           ///< in this step, whatever the count
   std::uint16_t without_update_ = 0;  ///< frames in a row
-  std::int64_t silence_ns_ = 0;       ///< waited without a frame, by the length of the waits asked for
   std::uint32_t reported_drops_ = 0;
   Status watchdog_status_ = Status::ok;
 };

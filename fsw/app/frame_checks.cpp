@@ -1,6 +1,7 @@
 #include "fsw/app/frame_checks.hpp"
 
 #include <algorithm>
+#include <bit>
 #include <cstring>
 
 namespace relnav::app {
@@ -23,13 +24,17 @@ std::uint64_t add_row(std::uint64_t sum, const std::uint8_t* row, std::uint32_t 
   return sum;
 }
 
+std::uint32_t bytes_per_pixel(const hal::Frame& frame) { return frame.format == hal::PixelFormat::mono16 ? 2 : 1; }
+
 }  // namespace
 
-void FrameChecks::configure(const FrameLimits& limits, std::uint32_t width_px, std::uint32_t height_px) {
+void FrameChecks::configure(const FrameLimits& limits, std::uint32_t width_px, std::uint32_t height_px,
+                            int sensor_bits) {
   *this = FrameChecks();
   limits_ = limits;
   width_px_ = width_px;
   height_px_ = height_px;
+  sensor_bits_ = sensor_bits;
 }
 
 FrameCheck FrameChecks::check(const hal::Frame& frame, Time now, hal::ClockId now_clock) {
@@ -56,9 +61,12 @@ FrameFault FrameChecks::judge(const hal::Frame& frame, Time now, hal::ClockId no
 }
 
 FrameFault FrameChecks::judge_form(const hal::Frame& frame) const {
-  if (frame.format != hal::PixelFormat::mono8) return FrameFault::format;
+  const bool deep = frame.format == hal::PixelFormat::mono16;
+  if (frame.format != hal::PixelFormat::mono8 && !(deep && sensor_bits_ > 8)) return FrameFault::format;
+  const std::uint32_t bytes = bytes_per_pixel(frame);
+  const bool aligned = std::bit_cast<std::uintptr_t>(frame.pixels) % bytes == 0 && frame.stride_bytes % bytes == 0;
   const bool fits = frame.pixels != nullptr && frame.width_px == width_px_ && frame.height_px == height_px_ &&
-                    frame.stride_bytes >= frame.width_px && frame.stride_bytes <= 0x00FFFFFFU;
+                    frame.stride_bytes >= bytes * frame.width_px && frame.stride_bytes <= 0x00FFFFFFU && aligned;
   return fits ? FrameFault::none : FrameFault::size;
 }
 
@@ -116,20 +124,36 @@ std::int64_t FrameChecks::median_period_ns() const {
   return sorted[count / 2];
 }
 
-FrameFault FrameChecks::judge_image(const hal::Frame& frame, FrameCheck& out) {
-  std::uint8_t darkest = 255;
-  std::uint8_t brightest = 0;
-  std::uint64_t sum = 0;
+void FrameChecks::look_at_levels(const hal::Frame& frame, FrameCheck& out) const {
+  // Byte by byte: rows of 16-bit pixels are aligned, but belong to the driver.
+  const bool deep = bytes_per_pixel(frame) == 2;
+  const int shift = deep ? sensor_bits_ - 8 : 0;
+  std::uint32_t darkest = 0xFFFFU;
+  std::uint32_t brightest = 0;
   for (std::uint32_t v = 0; v < height_px_; v += row_step) {
     const std::uint8_t* row = frame.pixels + static_cast<std::size_t>(v) * frame.stride_bytes;
     for (std::uint32_t u = 0; u < width_px_; ++u) {
-      darkest = std::min(darkest, row[u]);
-      brightest = std::max(brightest, row[u]);
+      std::uint16_t level = 0;
+      if (deep) {
+        std::memcpy(&level, row + 2U * u, sizeof level);
+      } else {
+        level = row[u];
+      }
+      darkest = std::min<std::uint32_t>(darkest, level);
+      brightest = std::max<std::uint32_t>(brightest, level);
     }
-    sum = add_row(sum, row, width_px_);
   }
-  out.darkest = darkest;
-  out.brightest = brightest;
+  out.darkest = static_cast<std::uint8_t>(std::min(darkest >> shift, 255U));
+  out.brightest = static_cast<std::uint8_t>(std::min(brightest >> shift, 255U));
+}
+
+FrameFault FrameChecks::judge_image(const hal::Frame& frame, FrameCheck& out) {
+  look_at_levels(frame, out);
+  std::uint64_t sum = 0;
+  for (std::uint32_t v = 0; v < height_px_; v += row_step) {
+    sum = add_row(sum, frame.pixels + static_cast<std::size_t>(v) * frame.stride_bytes,
+                  bytes_per_pixel(frame) * width_px_);
+  }
   const bool repeats = have_checksum_ && sum == checksum_;
   have_checksum_ = true;
   checksum_ = sum;
@@ -139,7 +163,7 @@ FrameFault FrameChecks::judge_image(const hal::Frame& frame, FrameCheck& out) {
     ++repeats_;
   }
   out.repeats = repeats_;
-  if (brightest - darkest < limits_.min_contrast) return FrameFault::no_contrast;
+  if (out.brightest - out.darkest < limits_.min_contrast) return FrameFault::no_contrast;
   if (limits_.refuse_frozen && repeats) return FrameFault::frozen;
   return FrameFault::none;
 }

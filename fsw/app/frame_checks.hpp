@@ -14,8 +14,8 @@ struct FrameLimits {
   Duration restart_gap{30'000'000'000};  ///< a longer step ends what the filter may bridge
   Duration max_age{0};                   ///< from mid-exposure to now, where both are of one clock; 0: no limit
   std::int64_t latest_time_ns = 4'294'967'295'999'999'999;  ///< last stamp that telemetry can carry
-  std::uint8_t min_contrast = 16;                           ///< brightest minus darkest level; 0 switches the check off
-  bool refuse_frozen = true;                                ///< an image equal to the one before it is not used
+  std::uint8_t min_contrast = 16;  ///< brightest minus darkest level, of 255; 0 switches the check off
+  bool refuse_frozen = true;       ///< an image equal to the one before it is not used
 };
 
 enum class FrameFault : std::uint8_t { none, size, format, time_range, time_order, age, no_contrast, frozen };
@@ -54,7 +54,8 @@ struct FrameCheck {
 class FrameChecks {
  public:
   /// Forgets all frames.
-  void configure(const FrameLimits& limits, std::uint32_t width_px, std::uint32_t height_px);
+  /// `sensor_bits`: 8: only mono8 is taken; up to 16: mono16 as well, with full scale at 2^sensor_bits - 1.
+  void configure(const FrameLimits& limits, std::uint32_t width_px, std::uint32_t height_px, int sensor_bits = 8);
   /// Lets a new time base in: the next frame only has to be later than the one received before it.
   void accept_new_time_base() { new_time_base_ = true; }
   [[nodiscard]] FrameCheck check(const hal::Frame& frame, Time now, hal::ClockId now_clock);
@@ -67,6 +68,8 @@ class FrameChecks {
   [[nodiscard]] FrameFault judge_form(const hal::Frame& frame) const;
   [[nodiscard]] FrameFault judge_time(const hal::Frame& frame, FrameCheck& out);
   [[nodiscard]] FrameFault judge_image(const hal::Frame& frame, FrameCheck& out);
+  /// Darkest and brightest level, of 255.
+  void look_at_levels(const hal::Frame& frame, FrameCheck& out) const;
   void look_for_gap(const hal::Frame& frame, FrameCheck& out);
   /// 0 until three periods are known.
   [[nodiscard]] std::int64_t median_period_ns() const;
@@ -74,6 +77,7 @@ class FrameChecks {
   FrameLimits limits_;
   std::uint32_t width_px_ = 0;
   std::uint32_t height_px_ = 0;
+  int sensor_bits_ = 8;
   bool have_time_ = false;
   bool new_time_base_ = false;
   Time latest_;    ///< of the frames in order

@@ -2,14 +2,20 @@
 
 namespace relnav::app {
 
-Status FrameMate::start() {
+Status FrameMate::give_back() {
+  if (!has_waiting_) return Status::ok;
   has_waiting_ = false;
-  return camera_->start();
+  return camera_->release(waiting_);
+}
+
+Status FrameMate::start() {
+  const Status released = give_back();
+  const Status started = camera_->start();
+  return started != Status::ok ? started : released;
 }
 
 Status FrameMate::stop() {
-  const Status released = has_waiting_ ? camera_->release(waiting_) : Status::ok;
-  has_waiting_ = false;
+  const Status released = give_back();
   const Status stopped = camera_->stop();
   return released != Status::ok ? released : stopped;
 }
@@ -23,12 +29,12 @@ Status FrameMate::acquire(Time time, Duration tolerance, Duration wait, hal::Fra
     }
     const std::int64_t late_ns = (waiting_.mid_exposure - time).ns;
     if (late_ns > tolerance.ns) return Status::timeout;
-    has_waiting_ = false;
     if (late_ns >= -tolerance.ns) {
+      has_waiting_ = false;
       frame = waiting_;
       return Status::ok;
     }
-    const Status released = camera_->release(waiting_);
+    const Status released = give_back();
     if (released != Status::ok) return released;
   }
   return Status::timeout;

@@ -1,8 +1,8 @@
 #pragma once
 #include <span>
 
+#include "fsw/app/camera_image.hpp"
 #include "fsw/app/step_report.hpp"
-#include "fsw/vision/image_view.hpp"
 
 namespace relnav::app {
 
@@ -15,9 +15,9 @@ class Navigator {
   /// There is an estimate, but its start is not over.
   [[nodiscard]] virtual bool is_starting() const = 0;
   /// One image a camera, taken at the same time. Fills state, counts, feature reports and stage times of `report`.
-  /// Not started: too_few_features and what else kept it from starting. Started: ok (`state` is valid); not_positive_definite,
-  /// not_finite: an update was refused, the state is the predicted one; out_of_order: nothing was done.
-  virtual Status process(std::span<const vision::ImageView> images, Time time, StepReport& report) = 0;
+  /// Not started: too_few_features and what else kept it from starting. Started: ok (`state` is valid); out_of_order,
+  /// invalid_argument: nothing was done; else why an update was refused, the state is the predicted one.
+  virtual Status process(std::span<const CameraImage> images, Time time, StepReport& report) = 0;
   /// ok, or what is wrong with the numbers inside.
   [[nodiscard]] virtual Status check() const = 0;
 

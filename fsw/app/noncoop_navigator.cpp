@@ -1,6 +1,7 @@
 #include "fsw/app/noncoop_navigator.hpp"
 
 #include "fsw/app/filter_watch.hpp"
+#include "fsw/app/stage_timer.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -8,13 +9,6 @@
 #include "fsw/math/chi_square.hpp"
 
 namespace relnav::app {
-
-std::int64_t NoncoopNavigator::lap(Time& since) {
-  const Time now = clock_.now();
-  const std::int64_t ns = (now - since).ns;
-  since = now;
-  return ns;
-}
 
 Status NoncoopNavigator::configure(const NavigatorConfig& config, const CameraModel& camera) {
   const Status status = filter_.configure(config.filter, camera);
@@ -122,17 +116,18 @@ void NoncoopNavigator::report_matches(const FilterUpdate& update, StepReport& re
   }
 }
 
-Status NoncoopNavigator::process(std::span<const vision::ImageView> images, Time time, StepReport& report) {
-  if (images.size() != 1) return Status::invalid_argument;
-  const vision::ImageView& image = images[0];
+Status NoncoopNavigator::process(std::span<const CameraImage> images, Time time, StepReport& report) {
+  const auto* grey = images.size() == 1 ? std::get_if<vision::ImageView>(&images[0]) : nullptr;
+  if (grey == nullptr) return Status::invalid_argument;
+  const vision::ImageView& image = *grey;
   report.estimator = telemetry::Estimator::inverse_depth_ekf;
   report.feature_reports.clear();
   report.matched = 0;
   report.inliers = 0;
-  Time since = clock_.now();
+  StageTimer timer(clock_);
   if (!started_) {
     const Status status = start(image, time, report);
-    report.times.detect_ns = lap(since);
+    report.times.detect_ns = timer.lap();
     if (status != Status::ok) return status;
     report.state = filter_.output();
     report.features = static_cast<std::uint16_t>(filter_.state().features().size());
@@ -142,14 +137,14 @@ Status NoncoopNavigator::process(std::span<const vision::ImageView> images, Time
   Status status = filter_.predict(time);
   if (status != Status::ok) return status;
   filter_.predict_features(predictions_);
-  report.times.predict_ns = lap(since);
+  report.times.predict_ns = timer.lap();
 
   status = tracker_.match(image, predictions_, matches_, match_report_);
-  report.times.match_ns = lap(since);
+  report.times.match_ns = timer.lap();
   if (status != Status::ok) return status;
 
   const FilterUpdate update = filter_.update(matches_);
-  report.times.update_ns = lap(since);
+  report.times.update_ns = timer.lap();
   report.matched = static_cast<std::uint16_t>(matches_.size());
   report.inliers = static_cast<std::uint16_t>(update.inliers);
   report.test_ratio = update.rows > 0 ? update.nis / chi2_99(update.rows) : 0.0;
@@ -165,7 +160,7 @@ Status NoncoopNavigator::process(std::span<const vision::ImageView> images, Time
     if (tracked_px_.push_back(p.uv_px) != Status::ok) break;
   }
   add_features(image, report);
-  report.times.detect_ns = lap(since);
+  report.times.detect_ns = timer.lap();
   report.state = filter_.output();
   report.features = static_cast<std::uint16_t>(filter_.state().features().size());
   return update.status;

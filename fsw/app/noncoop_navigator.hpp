@@ -31,7 +31,7 @@ class NoncoopNavigator final : public Navigator {
   [[nodiscard]] bool has_started() const override { return started_; }
   [[nodiscard]] bool is_starting() const override { return filter_.is_starting(); }
   /// One image. Not started: too_few_features.
-  Status process(std::span<const vision::ImageView> images, Time time, StepReport& report) override;
+  Status process(std::span<const CameraImage> images, Time time, StepReport& report) override;
   /// not_finite, not_positive_definite: a variance of the filter.
   [[nodiscard]] Status check() const override;
   [[nodiscard]] const NoncoopFilter& filter() const { return filter_; }
@@ -45,7 +45,6 @@ class NoncoopNavigator final : public Navigator {
   void add_features(const vision::ImageView& image, StepReport& report);
   Status find_corners(const vision::ImageView& image, std::size_t wanted, vision::CornerCandidates& candidates);
   void report_matches(const FilterUpdate& update, StepReport& report) const;
-  [[nodiscard]] std::int64_t lap(Time& since);
 
   hal::Clock& clock_;
   NavigatorConfig config_;

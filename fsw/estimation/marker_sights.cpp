@@ -17,17 +17,18 @@ void MarkerSights::mark(ExpectedMarkers& markers) const {
   }
 }
 
-void MarkerSights::record(const ExpectedMarkers& expected, const SpotAssignment& agreed) {
-  const auto before = sights_;
-  restart();
+void MarkerSights::record(std::uint16_t camera, const ExpectedMarkers& expected, const SpotAssignment& agreed) {
+  const OfCamera before = sights_[camera];
+  OfCamera& now = sights_[camera];
+  now = {};
   for (const ExpectedMarker& m : expected) {
-    const Sight& had = before[m.camera][m.feature];
-    if (had.frames > lost) sights_[m.camera][m.feature] = {static_cast<std::uint8_t>(had.frames - lost), had.flux};
+    const Sight& had = before[m.feature];
+    if (had.frames > lost) now[m.feature] = {static_cast<std::uint8_t>(had.frames - lost), had.flux};
   }
   for (std::size_t i = 0; i < agreed.marker.size(); ++i) {
     const ExpectedMarker& m = expected[agreed.marker[i]];
-    const int frames = before[m.camera][m.feature].frames + 1;
-    sights_[m.camera][m.feature] = {static_cast<std::uint8_t>(std::min<int>(needed + 1, frames)), agreed.flux[i]};
+    const int frames = before[m.feature].frames + 1;
+    now[m.feature] = {static_cast<std::uint8_t>(std::min<int>(needed + 1, frames)), agreed.flux[i]};
   }
 }
 

@@ -13,9 +13,9 @@ class MarkerSights {
   void begin(const PoseObservations& observations);
   /// Fills in `in_sight` and `flux`.
   void mark(ExpectedMarkers& markers) const;
-  /// A frame is over: `agreed` holds those of the expected markers whose spot agrees with the frame's pose. What is not
-  /// expected is out of sight.
-  void record(const ExpectedMarkers& expected, const SpotAssignment& agreed);
+  /// A camera's image is done with: `agreed` holds those of its expected markers whose spot agrees with the frame's pose.
+  /// What is not expected is out of sight.
+  void record(std::uint16_t camera, const ExpectedMarkers& expected, const SpotAssignment& agreed);
 
  private:
   static constexpr std::uint8_t needed = 3;  ///< frames

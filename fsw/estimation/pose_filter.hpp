@@ -12,6 +12,13 @@ struct PoseFilterConfig {
   ProcessNoise noise{0.05, 0.1};    ///< m/s^1.5, rad/s^1.5: targets under control
   double gate_chi2 = 35.9;          ///< six degrees of freedom, 3e-6: a pose beyond contradicts the motion
   double image_gate_chi2 = 13.8;    ///< two, 1e-3: the same of a single image
+
+  /// invalid_argument: outside of the domain.
+  [[nodiscard]] Status check() const {
+    const bool valid = velocity_sigma_m_s > 0.0 && rate_sigma_rad_s > 0.0 && noise.acceleration_psd >= 0.0 &&
+                       noise.angular_psd >= 0.0 && gate_chi2 > 0.0 && image_gate_chi2 > 0.0;
+    return valid ? Status::ok : Status::invalid_argument;
+  }
 };
 
 /// Velocity and rate from solved poses: Kalman filter over the rigid-target motion model, poses with their covariances as

@@ -16,9 +16,7 @@ constexpr int most_needed_hits = 3;
 constexpr int most_rounds = 3;
 
 bool are_valid(const SpotSearchSettings& s, const AttitudePrior& prior) {
-  return s.max_hypotheses > 0 && s.gate_px > 0.0 && s.gate_sigma > 0.0 && s.model_sigma_px > 0.0 &&
-         s.range_min_m > 0.0 && s.range_max_m > s.range_min_m && std::isfinite(s.range_max_m) &&
-         (!prior.given || (std::isfinite(prior.R_CT.sum()) && prior.cone_rad > 0.0));
+  return s.check() == Status::ok && (!prior.given || (std::isfinite(prior.R_CT.sum()) && prior.cone_rad > 0.0));
 }
 
 bool is_believed(const SpotScene& scene, const SpotAgreement& a) {

@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cmath>
 
 #include "fsw/estimation/pose_least_squares.hpp"
 #include "fsw/estimation/spot_field.hpp"
@@ -22,6 +23,13 @@ struct SpotSearchSettings {
   double missing_cost = 8.0;            ///< chi-square that one marker without its spot costs
   double ambiguous_chi2 = 20.0;         ///< another pose that costs less than this more is not excluded
   PoseSolverSettings solver;
+
+  /// invalid_argument: outside of the domain.
+  [[nodiscard]] Status check() const {
+    const bool valid = max_hypotheses > 0 && gate_px > 0.0 && gate_sigma > 0.0 && model_sigma_px > 0.0 &&
+                       range_min_m > 0.0 && range_max_m > range_min_m && std::isfinite(range_max_m);
+    return valid ? Status::ok : Status::invalid_argument;
+  }
 };
 
 /// What is known of the attitude beforehand, e.g. the previous pose.

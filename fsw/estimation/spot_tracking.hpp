@@ -22,6 +22,13 @@ struct SpotTrackingSettings {
   double flux_ratio = 2.0;  ///< up or down from frame to frame: beyond, part of the light is hidden, or it is another
   double model_sigma_px = 0.03;  ///< added to a spot's own sigma: markers are not quite where the model says
   double least_cosine = 0.1;     ///< of a face towards the camera; beyond it is not expected
+
+  /// invalid_argument: outside of the domain.
+  [[nodiscard]] Status check() const {
+    const bool valid = gate_chi2 > 0.0 && floor_sigma_px > 0.0 && agreement_chi2 > 0.0 && flux_ratio > 1.0 &&
+                       model_sigma_px >= 0.0 && least_cosine >= 0.0 && least_cosine < 1.0;
+    return valid ? Status::ok : Status::invalid_argument;
+  }
 };
 
 /// Markers of a predicted pose that the camera of `camera` should see: in front, inside the image by border_px, faces turned

@@ -17,6 +17,9 @@ struct Image {
 /// Throws InputError when the file is missing, no PNG, truncated or damaged.
 [[nodiscard]] Image read_png(const std::string& path);
 
+/// Of a 16-bit image the upper bytes; an 8-bit one stays as it is.
+void keep_upper_bytes(Image& image);
+
 /// PNG bytes of an 8-bit grey image. Throws std::runtime_error.
 [[nodiscard]] std::vector<std::uint8_t> encode_png(const Image& image);
 

@@ -126,6 +126,18 @@ Image read_png(const std::string& path) {
   return image;
 }
 
+void keep_upper_bytes(Image& image) {
+  if (image.bytes_per_pixel == 1) return;
+  const std::size_t pixels = std::size_t{image.width_px} * image.height_px;
+  for (std::size_t i = 0; i < pixels; ++i) {
+    std::uint16_t sample = 0;
+    std::memcpy(&sample, &image.bytes[2 * i], sizeof sample);
+    image.bytes[i] = static_cast<std::uint8_t>(sample >> 8U);
+  }
+  image.bytes.resize(pixels);
+  image.bytes_per_pixel = 1;
+}
+
 std::vector<std::uint8_t> encode_png(const Image& image) {
   png_image header{};
   header.version = PNG_IMAGE_VERSION;

@@ -95,6 +95,30 @@ std::map<std::string, Section> sections_of(app::FlightLoopConfig& c) {
         {"min_score", real(c.navigator.tracker.min_score)},
         {"min_distance_px", real(c.navigator.spread.min_distance_px)},
         {"cell_px", whole(c.navigator.spread.cell_px)}}},
+      {"cooperative",
+       {{"expected_phi_x_rad", real(c.coop.phi_CT_expected.x())},
+        {"expected_phi_y_rad", real(c.coop.phi_CT_expected.y())},
+        {"expected_phi_z_rad", real(c.coop.phi_CT_expected.z())},
+        {"expected_cone_rad", real(c.coop.expected_cone_rad)},
+        {"min_observations", whole(c.coop.min_observations)},
+        {"sensor_bits", whole(c.coop.sensor_bits)},
+        {"gain_electrons_dn", real(c.coop.spots.gain_electrons_dn)},
+        {"read_noise_dn", real(c.coop.spots.read_noise_dn)},
+        {"psf_sigma_px", real(c.coop.spots.psf_sigma_px)},
+        {"min_contrast", real(c.coop.spots.min_contrast)},
+        {"max_area_px", whole(c.coop.spots.max_area_px)},
+        {"max_elongation", real(c.coop.spots.max_elongation)},
+        {"sigma_floor_px", real(c.coop.spots.sigma_floor_px)},
+        {"model_sigma_px", real(c.coop.tracking.model_sigma_px)},
+        {"flux_ratio", real(c.coop.tracking.flux_ratio)},
+        {"range_min_m", real(c.coop.search.range_min_m)},
+        {"range_max_m", real(c.coop.search.range_max_m)},
+        {"max_hypotheses", whole(c.coop.search.max_hypotheses)},
+        {"start_velocity_sigma_m_s", real(c.coop.filter.velocity_sigma_m_s)},
+        {"start_rate_sigma_rad_s", real(c.coop.filter.rate_sigma_rad_s)},
+        {"acceleration_psd", real(c.coop.filter.noise.acceleration_psd)},
+        {"angular_psd", real(c.coop.filter.noise.angular_psd)},
+        {"pair_tolerance_ns", whole(c.second.pair_tolerance.ns)}}},
       {"loop",
        {{"scale_known", yes_no(c.scale_known)},
         {"features_every_frames", whole(c.features_every_frames)},
@@ -116,6 +140,7 @@ std::string names_of(const auto& map) {
 }
 
 void read_section(const std::string& path, const std::string& name, const YAML::Node& node, const Section& keys) {
+  if (node.IsNull()) return;  // all defaults
   if (!node.IsMap())
     throw InputError(path, line_of(node), "section '" + name + "' holds no keys", "keys of " + names_of(keys));
   for (const auto& entry : node) {

@@ -2,30 +2,20 @@
 
 #include <algorithm>
 #include <chrono>
-#include <cstring>
 #include <thread>
 
 #include "hil/io/input_error.hpp"
 
 namespace relnav::hil {
-namespace {
-
-void keep_upper_bytes(Image& image) {
-  const std::size_t pixels = std::size_t{image.width_px} * image.height_px;
-  for (std::size_t i = 0; i < pixels; ++i) {
-    std::uint16_t sample = 0;
-    std::memcpy(&sample, &image.bytes[2 * i], sizeof sample);
-    image.bytes[i] = static_cast<std::uint8_t>(sample >> 8U);
-  }
-  image.bytes.resize(pixels);
-  image.bytes_per_pixel = 1;
-}
-
-}  // namespace
 
 ReplayCamera::ReplayCamera(std::vector<ImageEntry> entries, std::uint32_t width_px, std::uint32_t height_px,
-                           hal::Clock& clock, Pace pace)
-    : entries_(std::move(entries)), width_px_(width_px), height_px_(height_px), clock_(clock), pace_(pace) {}
+                           hal::Clock& clock, Pace pace, Depth depth)
+    : entries_(std::move(entries)),
+      width_px_(width_px),
+      height_px_(height_px),
+      clock_(clock),
+      pace_(pace),
+      depth_(depth) {}
 
 Status ReplayCamera::start() {
   streaming_ = true;
@@ -73,14 +63,14 @@ Status ReplayCamera::acquire(Duration wait, hal::Frame& frame) {
     ++incomplete_;
     return Status::incomplete;
   }
-  if (slot->image.bytes_per_pixel == 2) keep_upper_bytes(slot->image);
+  if (depth_ == Depth::eight_bits) keep_upper_bytes(slot->image);
   slot->lease = ++last_lease_;
   frame = {};
   frame.pixels = slot->image.bytes.data();
   frame.width_px = width_px_;
   frame.height_px = height_px_;
-  frame.stride_bytes = width_px_;
-  frame.format = hal::PixelFormat::mono8;
+  frame.stride_bytes = slot->image.bytes_per_pixel * width_px_;
+  frame.format = slot->image.bytes_per_pixel == 2 ? hal::PixelFormat::mono16 : hal::PixelFormat::mono8;
   frame.mid_exposure = frame.first_data = frame.dequeued = entry.time;
   frame.clock = hal::ClockId::device;
   frame.sequence = static_cast<std::uint32_t>(next_ - 1);

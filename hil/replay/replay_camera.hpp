@@ -17,13 +17,18 @@ enum class Pace : std::uint8_t {
   real,  ///< a frame not before its stamp, counted from the first frame handed out
 };
 
-/// Camera over the images of a data set, in the order of data.csv: mid_exposure is the stamp listed there (of ClockId::device: the
-/// recording's own clock), sequence the row. 16-bit images are handed out as mono8, the upper byte. An image that is missing,
-/// damaged or of another size is answered with incomplete, once; problem() then says why, and the next call goes on.
+enum class Depth : std::uint8_t {
+  eight_bits,  ///< of 16-bit images the upper byte
+  as_filed,    ///< mono8 or mono16
+};
+
+/// Camera over the images of a data set, in the order of data.csv: mid_exposure is the stamp listed there (of
+/// ClockId::device: the recording's own clock), sequence the row. An image that is missing, damaged or of another size is
+/// answered with incomplete, once; problem() then says why, and the next call goes on.
 class ReplayCamera final : public hal::Camera {
  public:
   ReplayCamera(std::vector<ImageEntry> entries, std::uint32_t width_px, std::uint32_t height_px, hal::Clock& clock,
-               Pace pace = Pace::max);
+               Pace pace = Pace::max, Depth depth = Depth::eight_bits);
 
   Status start() override;
   Status acquire(Duration wait, hal::Frame& frame) override;
@@ -54,6 +59,7 @@ class ReplayCamera final : public hal::Camera {
   std::uint32_t height_px_;
   hal::Clock& clock_;
   Pace pace_;
+  Depth depth_;
   std::array<Slot, 3> slots_;
   std::size_t next_ = 0;
   bool streaming_ = false;

@@ -131,7 +131,7 @@ Json snapshots_json(const RunHistory& history) {
     Json json;
     try {
       Image image = read_png(s.image_path);
-      if (image.bytes_per_pixel != 1) continue;
+      keep_upper_bytes(image);
       json["width"] = image.width_px;
       json["height"] = image.height_px;
       json["png"] = base64(encode_png(image));

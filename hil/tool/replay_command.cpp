@@ -117,12 +117,14 @@ int run(const Options& o) {
 
   platform::host::SteadyClock clock;
   const Pace pace = o.rate == "real" ? Pace::real : Pace::max;
-  ReplayCamera camera(std::move(images), description.width_px, description.height_px, clock, pace);
+  // The light spots' centroids gain by every bit; corners and patches are made for eight.
+  const Depth depth = o.mode == "noncoop" ? Depth::eight_bits : Depth::as_filed;
+  ReplayCamera camera(std::move(images), description.width_px, description.height_px, clock, pace, depth);
   std::optional<ReplayCamera> second;
   if (stereo) {
     const CameraIntrinsics& c = setup.second.intrinsics;
     second.emplace(images_of("cam1"), static_cast<std::uint32_t>(c.width_px), static_cast<std::uint32_t>(c.height_px),
-                   clock, pace);
+                   clock, pace, depth);
   }
   ReplayCamera* const mate = second ? &*second : nullptr;
   TelemetryLink link;

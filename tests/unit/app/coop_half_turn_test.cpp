@@ -110,7 +110,7 @@ TEST_GROUP(CoopHalfTurn) {
     for (int k = 0; k < frames; ++k) {
       const double time_s = k * step_s;
       const std::vector<std::uint8_t> pixels = scene.expose(time_s, noise, flicker);
-      const std::array<vision::ImageView, 1> images{vision::ImageView{pixels.data(), 640, 480, 640}};
+      const std::array<app::CameraImage, 1> images{vision::ImageView{pixels.data(), 640, 480, 640}};
       *report = app::StepReport();
       const Status status = navigator->process(images, Time{static_cast<std::int64_t>(time_s * 1e9)}, *report);
       if (!navigator->has_started()) {

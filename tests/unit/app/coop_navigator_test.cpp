@@ -9,9 +9,8 @@
 #include <memory>
 #include <vector>
 
-#include "fsw/vision/spot_profile.hpp"
 #include "platform/host/scripted_clock.hpp"
-#include "tests/unit/estimation/spot_simulation.hpp"
+#include "tests/unit/app/spot_motion.hpp"
 
 #include <CppUTest/TestHarness.h>
 
@@ -21,70 +20,11 @@ using app::CoopNavigatorConfig;
 using app::FeatureUse;
 using app::StepReport;
 
-namespace {
-
-constexpr int width_px = 640;
-constexpr int height_px = 480;
-constexpr double step_s = 0.1;
-
-class SpotImage {
- public:
-  SpotImage() : pixels_(static_cast<std::size_t>(width_px * height_px), 8) {}
-  /// Disc of 1.5 px radius behind the finder's point spread.
-  void draw(const Vec2& uv_px) {
-    const int u0 = static_cast<int>(uv_px(0)), v0 = static_cast<int>(uv_px(1));
-    for (int v = std::max(0, v0 - 6); v <= std::min(height_px - 1, v0 + 6); ++v) {
-      for (int u = std::max(0, u0 - 6); u <= std::min(width_px - 1, u0 + 6); ++u) {
-        const double r = (Vec2(u, v) - uv_px).norm();
-        const double level = 190.0 * vision::spot_profile(r, 1.5, 1.0 / 0.75).level;
-        std::uint8_t& pixel = pixels_[static_cast<std::size_t>(v * width_px + u)];
-        pixel = static_cast<std::uint8_t>(std::min(255.0, pixel + std::floor(level + 0.5)));
-      }
-    }
-  }
-  [[nodiscard]] vision::ImageView view() const { return {pixels_.data(), width_px, height_px, width_px}; }
-
- private:
-  std::vector<std::uint8_t> pixels_;
-};
-
-/// A target in constant motion and the images of it.
-struct Scene {
-  CameraRig rig;
-  TargetModel target;
-  Pose pose{exp_so3(Vec3(0.15, -0.2, 0.3)), Vec3(-0.3, 0.2, 6.0)};
-  Vec3 v_C = Vec3(0.05, -0.03, -0.1);
-  Vec3 omega_C = Vec3(0.03, -0.02, 0.05);
-  std::array<SpotImage, config::max_cameras> images;
-
-  /// Without the markers of `hidden`; `clutter`: a spot that is none of the target's.
-  void render(const std::vector<std::size_t>& hidden = {}, const std::vector<Vec2>& clutter = {}) {
-    for (std::size_t c = 0; c < rig.size(); ++c) {
-      images[c] = SpotImage();
-      for (const Vec2& uv : clutter) images[c].draw(uv);
-      for (std::size_t i = 0; i < target.features.size(); ++i) {
-        if (std::find(hidden.begin(), hidden.end(), i) != hidden.end()) continue;
-        Vec2 uv_px;
-        const Pose in_camera_pose = in_camera(rig[c], pose);
-        const Vec3 p = in_camera_pose.R_CT * target.features[i].p_T + in_camera_pose.t_CT;
-        if (rig[c].model.project(p, uv_px) == Status::ok) images[c].draw(uv_px);
-      }
-    }
-  }
-  void render_nothing() { images.fill(SpotImage()); }
-  void advance() {
-    pose.t_CT += step_s * v_C;
-    pose.R_CT = exp_so3(Vec3(step_s * omega_C)) * pose.R_CT;
-  }
-};
-
-}  // namespace
-
 TEST_GROUP(CoopNavigator) {
   platform::host::ScriptedClock clock;
   std::unique_ptr<CoopNavigator> navigator = std::make_unique<CoopNavigator>(clock);
   std::unique_ptr<StepReport> report = std::make_unique<StepReport>();
-  Scene scene;
+  test::SpotMotion scene;
   int frame = 0;
 
   void configure(const CameraRig& rig, const TargetModel& target, double expected_cone_rad = 0.6,
@@ -98,10 +38,13 @@ TEST_GROUP(CoopNavigator) {
     CHECK_TRUE(navigator->configure(config, rig) == Status::ok);
   }
   [[nodiscard]] Time time() const { return Time{1'000'000'000 + std::int64_t{frame} * 100'000'000}; }
-  Status process() {
+  /// `blind`: a camera that gives no image.
+  Status process(std::size_t blind = config::max_cameras) {
     *report = StepReport();
-    std::array<vision::ImageView, config::max_cameras> views;
-    for (std::size_t c = 0; c < scene.rig.size(); ++c) views[c] = scene.images[c].view();
+    std::array<app::CameraImage, config::max_cameras> views;
+    for (std::size_t c = 0; c < scene.rig.size(); ++c) {
+      if (c != blind) views[c] = scene.images[c].view();
+    }
     return navigator->process({views.data(), scene.rig.size()}, time(), *report);
   }
   void next() {
@@ -286,11 +229,81 @@ TEST(CoopNavigator, APoseTheFilterRefusesIsNotUsed) {
   const Vec3 t_CT = report->state.t_CT;
   next();
   scene.render();
-  CHECK_TRUE(process() == Status::ok);
+  CHECK_TRUE(process() == Status::inconsistent);
   LONGS_EQUAL(8, report->matched);
   LONGS_EQUAL(0, report->inliers);
   LONGS_EQUAL(8, count(FeatureUse::rejected));
   CHECK_TRUE((report->state.t_CT - t_CT).norm() < 1e-12);  // at rest, as it started
+}
+
+TEST(CoopNavigator, OneCameraGoesOnWhileTheOtherIsBlind) {
+  for (const std::size_t blind : {0U, 1U}) {
+    configure(test::two_cameras(), test::eight_leds());
+    for (int k = 0; k < 20; ++k, next()) {
+      scene.render();
+      const bool both = k < 5 || k >= 15;
+      CHECK_TRUE(process(both ? config::max_cameras : blind) == Status::ok);
+      LONGS_EQUAL(both ? 16 : 8, report->inliers);
+      LONGS_EQUAL(both ? 16 : 8, report->features);
+      check_pose();
+    }
+  }
+}
+
+TEST(CoopNavigator, AcquiresWithOneOfTwoCameras) {
+  configure(test::two_cameras(), test::eight_leds());
+  scene.render();
+  CHECK_TRUE(process(1) == Status::ok);
+  LONGS_EQUAL(8, report->inliers);
+  check_pose();
+}
+
+TEST(CoopNavigator, WithoutAnyImageNothingIsFound) {
+  configure(test::one_camera(), test::eight_leds());
+  scene.render();
+  CHECK_TRUE(process(0) == Status::too_few_features);
+  CHECK_TRUE(process() == Status::ok);
+  next();
+  CHECK_TRUE(process(0) == Status::ok);  // predicted
+  LONGS_EQUAL(0, report->features);
+  LONGS_EQUAL(0, report->inliers);
+}
+
+TEST(CoopNavigator, SixteenBitsAreUsedToTheLast) {
+  for (const int bits : {12, 16}) {
+    CoopNavigatorConfig config;
+    config.target = test::eight_leds();
+    config.sensor_bits = static_cast<std::uint8_t>(bits);
+    scene = test::SpotMotion();
+    scene.rig = test::one_camera();
+    scene.target = config.target;
+    CHECK_TRUE(navigator->configure(config, scene.rig) == Status::ok);
+    for (int k = 0; k < 5; ++k, next()) {
+      scene.render();
+      const std::vector<std::uint16_t> deep = scene.images[0].deeper(bits);
+      const std::array<app::CameraImage, 1> images{
+          vision::ImageView16{deep.data(), test::spot_width_px, test::spot_height_px, test::spot_width_px}};
+      *report = StepReport();
+      CHECK_TRUE(navigator->process(images, time(), *report) == Status::ok);
+      LONGS_EQUAL(8, report->inliers);
+      check_pose();
+    }
+  }
+}
+
+TEST(CoopNavigator, AWrongCalibrationIsAnAlarmAndNoPose) {
+  configure(test::two_cameras(), test::eight_leds());
+  for (int k = 0; k < 3; ++k, next()) {
+    scene.render();
+    CHECK_TRUE(process() == Status::ok);
+  }
+  // The second camera is knocked by a tenth of a degree: 1.2 px, far beyond the noise.
+  scene.rig[1].R_KC = exp_so3(Vec3(0.0018, 0.0, 0.0)) * scene.rig[1].R_KC;
+  for (int k = 0; k < 3; ++k, next()) {
+    scene.render();
+    CHECK_TRUE(process() == Status::inconsistent);
+    LONGS_EQUAL(0, report->inliers);
+  }
 }
 
 TEST(CoopNavigator, NothingToSeeIsNoTarget) {
@@ -328,6 +341,20 @@ TEST(CoopNavigator, RefusesWhatItCannotUse) {
   CHECK_TRUE(navigator->configure(config, CameraRig()) == Status::invalid_argument);
   config.spots.min_contrast = 2.0;
   CHECK_TRUE(navigator->configure(config, test::one_camera()) == Status::invalid_argument);
+  config.spots.min_contrast = 0.1;
+  const auto is_refused = [&](auto& setting, auto bad) {
+    const auto good = setting;
+    setting = bad;
+    const bool refused = navigator->configure(config, test::one_camera()) == Status::invalid_argument;
+    setting = good;
+    return refused && navigator->configure(config, test::one_camera()) == Status::ok;
+  };
+  CHECK_TRUE(is_refused(config.sensor_bits, std::uint8_t{17}));
+  CHECK_TRUE(is_refused(config.min_observations, std::uint16_t{3}));
+  CHECK_TRUE(is_refused(config.expected_cone_rad, -1.0));
+  CHECK_TRUE(is_refused(config.search.range_max_m, 0.5));
+  CHECK_TRUE(is_refused(config.tracking.flux_ratio, 1.0));
+  CHECK_TRUE(is_refused(config.filter.rate_sigma_rad_s, 0.0));
   configure(test::two_cameras(), test::eight_leds());
   scene.rig = test::one_camera();  // one image for two cameras
   scene.render();

@@ -17,14 +17,15 @@ inline constexpr std::int64_t period_ns = 100'000'000;
 
 struct LoopBench {
   platform::host::ScriptedCamera camera{2};
+  platform::host::ScriptedCamera second{2};
   platform::host::ScriptedClock clock;
   platform::host::ScriptedPacketLink link;
   platform::host::ScriptedWatchdog watchdog;
-  app::FlightLoop loop{camera, clock, link, watchdog};
+  app::FlightLoop loop;
   app::FlightLoopConfig config = app::FlightLoopConfig::defaults(MotionKind::rigid_target);
   std::size_t steps = 0;
 
-  LoopBench() {
+  explicit LoopBench(bool stereo = false) : loop(camera, clock, link, watchdog, stereo ? &second : nullptr) {
     clock.set_tick({1000});
     config.camera = RenderedBox::camera();
     config.navigator.filter.range_m = 3.0;

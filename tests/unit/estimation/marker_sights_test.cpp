@@ -13,7 +13,6 @@ TEST_GROUP(MarkerSights) {
 
   void setup() override {
     for (std::uint16_t k = 0; k < 3; ++k) expect(k, 0);
-    expect(0, 1);  // feature 0 again, in the second camera
   }
   void expect(std::uint16_t feature, std::uint16_t camera) {
     ExpectedMarker m;
@@ -31,7 +30,7 @@ TEST_GROUP(MarkerSights) {
       CHECK(agreed.marker.push_back(k) == Status::ok);
       CHECK(agreed.flux.push_back(flux) == Status::ok);
     }
-    sights.record(expected, agreed);
+    sights.record(0, expected, agreed);
   }
   bool is_in_sight(std::size_t k) {
     sights.mark(expected);
@@ -53,7 +52,8 @@ TEST(MarkerSights, those_of_the_acquisition_are_in_sight) {
   CHECK(is_in_sight(0));
   CHECK(is_in_sight(1));
   CHECK(!is_in_sight(2));
-  CHECK(!is_in_sight(3));  // the other camera
+  expect(0, 1);
+  CHECK(!is_in_sight(3));  // in the other camera
   sights.restart();
   CHECK(!is_in_sight(0));
 }
@@ -91,11 +91,17 @@ TEST(MarkerSights, what_is_not_expected_is_out_of_sight) {
   begin_with_first_two();
   expected.pop_back();
   expected.pop_back();
-  expected.pop_back();
   frame({0});  // 1 has turned away
   expect(1, 0);
   CHECK(is_in_sight(0));
   CHECK(!is_in_sight(1));
+}
+
+TEST(MarkerSights, a_camera_without_an_image_forgets_nothing) {
+  begin_with_first_two();
+  for (int k = 0; k < 5; ++k) sights.record(1, {}, {});
+  CHECK(is_in_sight(0));
+  CHECK(is_in_sight(1));
 }
 
 TEST(MarkerSights, the_brightness_is_that_of_the_latest_sight) {

@@ -28,12 +28,26 @@ TEST(FlightConfigFile, ChangesWhatItNamesAndNothingElse) {
   CHECK_EQUAL(7, config.lost_after_frames);
   CHECK(!config.frames.refuse_frozen);
   STRCMP_EQUAL("", failure("").c_str());
+  STRCMP_EQUAL("", failure("filter:\nloop:\n").c_str());
+}
+
+TEST(FlightConfigFile, CooperativeModesHaveTheirSection) {
+  const double gain = config.coop.spots.gain_electrons_dn;
+  STRCMP_EQUAL("", failure("cooperative:\n  expected_phi_z_rad: 1.57\n  sensor_bits: 12\n  acceleration_psd: 0.001\n"
+                           "  pair_tolerance_ns: 5000\n")
+                       .c_str());
+  DOUBLES_EQUAL(1.57, config.coop.phi_CT_expected.z(), 0.0);
+  CHECK_EQUAL(12, static_cast<int>(config.coop.sensor_bits));
+  DOUBLES_EQUAL(0.001, config.coop.filter.noise.acceleration_psd, 0.0);
+  CHECK_EQUAL(5000, config.second.pair_tolerance.ns);
+  DOUBLES_EQUAL(gain, config.coop.spots.gain_electrons_dn, 0.0);
+  CHECK_MESSAGE_HOLDS(failure("cooperative: {sensor_bits: 300}\n"), "expected a whole number from 0 to 255");
 }
 
 TEST(FlightConfigFile, MessagesNameFileLineAndExpectation) {
   CHECK_MESSAGE_HOLDS(failure("filter:\n  gate: 3\n"), "c.yaml:2: unknown key 'filter.gate' (expected one of ");
   CHECK_MESSAGE_HOLDS(failure("filters:\n  gate: 3\n"),
-                      "c.yaml:1: unknown section 'filters' (expected one of filter, front_end, loop)");
+                      "c.yaml:1: unknown section 'filters' (expected one of cooperative, filter, front_end, loop)");
   CHECK_MESSAGE_HOLDS(failure("filter:\n  gate_chi2: .nan\n"),
                       "c.yaml:2: filter.gate_chi2 is '.nan' (expected a finite number)");
   CHECK_MESSAGE_HOLDS(failure("filter:\n  gate_chi2: nan\n"), "expected a finite number");

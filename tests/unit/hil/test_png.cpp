@@ -1,4 +1,3 @@
-#include <zlib.h>
 #include <cstdint>
 #include <cstring>
 #include <fstream>
@@ -6,46 +5,15 @@
 #include <vector>
 
 #include "hil/io/image.hpp"
+#include "tests/unit/hil/hand_made_png.hpp"
 #include "tests/unit/hil/scratch.hpp"
 
 using namespace relnav::hil;
+using relnav::test::add_be32;
+using relnav::test::add_chunk;
+using relnav::test::make_png;
 using relnav::test::message_of;
 using relnav::test::Scratch;
-
-namespace {
-
-void add_be32(std::string& out, std::uint32_t value) {
-  for (int shift = 24; shift >= 0; shift -= 8) out.push_back(static_cast<char>((value >> shift) & 0xFFU));
-}
-
-void add_chunk(std::string& out, const std::string& type, const std::string& data) {
-  add_be32(out, static_cast<std::uint32_t>(data.size()));
-  const std::string body = type + data;
-  out += body;
-  add_be32(out, static_cast<std::uint32_t>(
-                    crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()))));
-}
-
-/// A PNG made by hand: rows are raw samples, each with the filter byte 0 in front.
-std::string make_png(std::uint32_t width, std::uint32_t height, int bit_depth, int colour_type,
-                     const std::string& rows) {
-  std::string out("\x89PNG\r\n\x1a\n", 8);
-  std::string header;
-  add_be32(header, width);
-  add_be32(header, height);
-  header += {static_cast<char>(bit_depth), static_cast<char>(colour_type), 0, 0, 0};
-  add_chunk(out, "IHDR", header);
-  uLongf size = compressBound(static_cast<uLong>(rows.size()));
-  std::string packed(size, '\0');
-  compress(reinterpret_cast<Bytef*>(packed.data()), &size, reinterpret_cast<const Bytef*>(rows.data()),
-           static_cast<uLong>(rows.size()));
-  packed.resize(size);
-  add_chunk(out, "IDAT", packed);
-  add_chunk(out, "IEND", "");
-  return out;
-}
-
-}  // namespace
 
 TEST_GROUP(Png) {
   Scratch scratch;

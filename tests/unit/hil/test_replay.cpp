@@ -1,4 +1,5 @@
 #include <cmath>
+#include <cstring>
 #include <nlohmann/json.hpp>
 #include <sstream>
 
@@ -9,6 +10,7 @@
 #include "hil/report/base64.hpp"
 #include "hil/report/report.hpp"
 #include "tests/unit/hil/fake_loop.hpp"
+#include "tests/unit/hil/hand_made_png.hpp"
 #include "tests/unit/hil/scratch.hpp"
 
 using namespace relnav;
@@ -52,8 +54,8 @@ TEST_GROUP(Replay) {
     }
     return entries;
   }
-  ReplayCamera camera_over(std::vector<ImageEntry> entries, Pace pace = Pace::max) {
-    return ReplayCamera(std::move(entries), width, height, clock, pace);
+  ReplayCamera camera_over(std::vector<ImageEntry> entries, Pace pace = Pace::max, Depth depth = Depth::eight_bits) {
+    return ReplayCamera(std::move(entries), width, height, clock, pace, depth);
   }
   ReplayOutcome run(ReplayCamera & camera, FakeLoop & loop, std::size_t stop_after = 1000) {
     RunFiles files(prepare_run_folder(scratch.path("out"), true));
@@ -65,6 +67,32 @@ TEST_GROUP(Replay) {
   }
   std::size_t lines(const std::string& name) { return read_lines(scratch.path("out/" + name)).size(); }
 };
+
+TEST(Replay, SixteenBitImagesStayThatOrLoseTheirLowerByte) {
+  std::string rows;
+  for (std::uint32_t v = 0; v < height; ++v) {
+    rows.push_back('\0');
+    for (std::uint32_t u = 0; u < width; ++u) rows += {static_cast<char>(v + 1), static_cast<char>(u)};
+  }
+  const std::vector<ImageEntry> entries{
+      {Time{1}, scratch.write("deep.png", relnav::test::make_png(width, height, 16, 0, rows)), 1}};
+  hal::Frame frame;
+  ReplayCamera deep = camera_over(entries, Pace::max, Depth::as_filed);
+  CHECK(deep.start() == Status::ok);
+  CHECK(deep.acquire({}, frame) == Status::ok);
+  CHECK(frame.format == hal::PixelFormat::mono16);
+  CHECK_EQUAL(2 * width, frame.stride_bytes);
+  std::uint16_t sample = 0;
+  std::memcpy(&sample, frame.pixels + 2 * frame.stride_bytes + 2 * 5, sizeof sample);
+  CHECK_EQUAL(0x0305, sample);
+
+  ReplayCamera plain = camera_over(entries);
+  CHECK(plain.start() == Status::ok);
+  CHECK(plain.acquire({}, frame) == Status::ok);
+  CHECK(frame.format == hal::PixelFormat::mono8);
+  CHECK_EQUAL(width, frame.stride_bytes);
+  CHECK_EQUAL(3, static_cast<int>(frame.pixels[2 * width + 5]));
+}
 
 TEST(Replay, CameraHandsOutFramesInOrderWithStampsOfTheList) {
   ReplayCamera camera = camera_over(images(3));
