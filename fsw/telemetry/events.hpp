@@ -94,7 +94,7 @@ inline constexpr std::array<EventDefinition, 25> event_definitions{{
     {EventId::frame_incomplete,
      "frame_incomplete",
      Severity::low,
-     "A frame arrived damaged or in part; it was not used.",
+     "A frame is missing, damaged or in part; it was not used.",
      {"incomplete_frames", "", "", ""}},
     {EventId::frame_gap,
      "frame_gap",

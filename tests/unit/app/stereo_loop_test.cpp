@@ -12,7 +12,7 @@ using app::Mode;
 using telemetry::EventId;
 
 TEST_GROUP(StereoLoop) {
-  static constexpr int frames = 12;
+  static constexpr int frames = 9;
   std::unique_ptr<test::LoopBench> bench = std::make_unique<test::LoopBench>(true);
   std::array<std::vector<test::SpotImage>, 2> images;  // camera, frame
   std::array<std::uint32_t, 2> sequence{};
