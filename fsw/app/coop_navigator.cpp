@@ -9,9 +9,11 @@
 namespace relnav::app {
 namespace {
 
-/// Window about an expected marker: so many sigmas of its prediction, and room for the spot itself.
+/// Window about an expected marker: so many sigmas of its prediction, what a glint beside it moves the middle of a region, and
+/// surroundings from which the threshold is taken.
 constexpr double window_sigmas = 4.0;
-constexpr double spot_room_px = 12.0;
+constexpr double pull_px = 4.0;
+constexpr int surroundings_px = 8;
 constexpr double largest_window_px = 80.0;
 constexpr double image_border_px = 2.0;
 
@@ -53,16 +55,18 @@ void CoopNavigator::restart() {
 Status CoopNavigator::find_spots(const CameraImage& image, std::span<const vision::PixelRegion> windows,
                                  LightSpots& spots, StepReport& report) {
   spots.clear();
-  const std::array<vision::PixelRegion, 1> whole{};
-  if (windows.empty()) windows = whole;
   vision::SpotReport found;
+  const auto find_in = [&](const auto& view) {
+    return windows.empty() ? finder_.find(view, spots, found)
+                           : finder_.find(view, windows, surroundings_px, spots, found);
+  };
   Status status = Status::ok;
   if (const auto* grey = std::get_if<vision::ImageView>(&image)) {
     status = finder_.configure(config_.spots);
-    if (status == Status::ok) status = finder_.find(*grey, windows, spots, found);
+    if (status == Status::ok) status = find_in(*grey);
   } else if (const auto* deep = std::get_if<vision::ImageView16>(&image)) {
     status = finder_.configure(config_.deep_spots());
-    if (status == Status::ok) status = finder_.find(*deep, windows, spots, found);
+    if (status == Status::ok) status = find_in(*deep);
   }
   report.dropped += found.overflow + found.dropped_runs + found.dropped_regions;
   return status;
@@ -136,7 +140,7 @@ Status CoopNavigator::look_for_expected(std::span<const CameraImage> images, con
       const double floor2 = config_.tracking.floor_sigma_px * config_.tracking.floor_sigma_px;
       const auto half = [&](int axis) {
         const double sigmas = window_sigmas * std::sqrt(m.S_px2(axis, axis) + floor2);
-        return static_cast<int>(std::min(largest_window_px, sigmas + spot_room_px));
+        return static_cast<int>(std::min(largest_window_px, sigmas + pull_px + surroundings_px));
       };
       const int u = static_cast<int>(m.uv_px(0) + 0.5);
       const int v = static_cast<int>(m.uv_px(1) + 0.5);

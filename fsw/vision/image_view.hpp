@@ -39,6 +39,10 @@ struct PixelRegion {
   int v0_px = 0;
   int u1_px = static_cast<int>(config::max_image_width);
   int v1_px = static_cast<int>(config::max_image_height);
+
+  [[nodiscard]] constexpr bool holds(double u_px, double v_px) const {
+    return u_px >= u0_px && u_px < u1_px && v_px >= v0_px && v_px < v1_px;
+  }
 };
 
 /// A level from here on counts as over-exposed.

@@ -20,8 +20,9 @@ bool same_place(const LightSpot& a, const LightSpot& b) {
 template <typename Pixel>
 Status fit_candidate(const GreyImageView<Pixel>& image, const SpotSettings& settings, const SpotCandidate& candidate,
                      SpotFit& fit) {
-  constexpr double good = 0.05;
+  constexpr double good = 0.1;
   constexpr double clearly_better = 0.75;
+  constexpr double least_path_px = 1.0;  // half length, by the region's moments: below, the middle hardly differs
   // A round spot on one end of a path fits well what it sees and does not weigh down.
   const auto unexplained = [&](const SpotFit& f) {
     const double r = f.half_width_px + 0.5 * settings.psf_sigma_px;
@@ -37,7 +38,9 @@ Status fit_candidate(const GreyImageView<Pixel>& image, const SpotSettings& sett
   if (status == Status::ok && unexplained(fit) < good) return status;
   seed.half_streak_px = candidate.half_streak_px;
   SpotFit moved;
-  if (!(seed.half_streak_px.squaredNorm() > 0.0) || fit_spot(image, settings, seed, moved) != Status::ok) return status;
+  if (!(seed.half_streak_px.squaredNorm() > least_path_px * least_path_px) ||
+      fit_spot(image, settings, seed, moved) != Status::ok)
+    return status;
   if (status == Status::ok && unexplained(moved) > clearly_better * unexplained(fit)) return status;
   fit = moved;
   return Status::ok;
@@ -55,23 +58,23 @@ Status LightSpotFinder::configure(const SpotSettings& settings) {
 
 Status LightSpotFinder::find(const ImageView& image, LightSpots& spots, SpotReport& report) {
   const std::array<PixelRegion, 1> whole{};
-  return search(image, whole, spots, report);
+  return search(image, whole, 0, spots, report);
 }
 Status LightSpotFinder::find(const ImageView16& image, LightSpots& spots, SpotReport& report) {
   const std::array<PixelRegion, 1> whole{};
-  return search(image, whole, spots, report);
+  return search(image, whole, 0, spots, report);
 }
-Status LightSpotFinder::find(const ImageView& image, std::span<const PixelRegion> windows, LightSpots& spots,
-                             SpotReport& report) {
-  return search(image, windows, spots, report);
+Status LightSpotFinder::find(const ImageView& image, std::span<const PixelRegion> windows, int margin_px,
+                             LightSpots& spots, SpotReport& report) {
+  return search(image, windows, margin_px, spots, report);
 }
-Status LightSpotFinder::find(const ImageView16& image, std::span<const PixelRegion> windows, LightSpots& spots,
-                             SpotReport& report) {
-  return search(image, windows, spots, report);
+Status LightSpotFinder::find(const ImageView16& image, std::span<const PixelRegion> windows, int margin_px,
+                             LightSpots& spots, SpotReport& report) {
+  return search(image, windows, margin_px, spots, report);
 }
 
 template <typename Pixel>
-Status LightSpotFinder::search(const GreyImageView<Pixel>& image, std::span<const PixelRegion> windows,
+Status LightSpotFinder::search(const GreyImageView<Pixel>& image, std::span<const PixelRegion> windows, int margin_px,
                                LightSpots& spots, SpotReport& report) {
   spots.clear();
   report = SpotReport{};
@@ -84,7 +87,9 @@ Status LightSpotFinder::search(const GreyImageView<Pixel>& image, std::span<cons
                              std::min(window.v1_px, image.height)};
     if (region.u0_px >= region.u1_px || region.v0_px >= region.v1_px) continue;
     threshold_.measure(image, region, settings_);
-    regions_.find(image, region, settings_, threshold_, candidates_, counts);
+    const PixelRegion core{window.u0_px + margin_px, window.v0_px + margin_px, window.u1_px - margin_px,
+                           window.v1_px - margin_px};
+    regions_.find(image, region, core, settings_, threshold_, candidates_, counts);
   }
   report.found = candidates_.found();
   report.overflow = report.found - static_cast<std::int32_t>(candidates_.kept().size());

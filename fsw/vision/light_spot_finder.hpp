@@ -38,15 +38,17 @@ class LightSpotFinder {
   Status find(const ImageView& image, LightSpots& spots, SpotReport& report);
   Status find(const ImageView16& image, LightSpots& spots, SpotReport& report);
 
-  /// Searches windows, clipped to the image. A spot counts when the middle of it lies in a window; its flank may lie
-  /// outside. Thresholds come from the window alone, which is best three to five times as wide as the spot.
-  Status find(const ImageView& image, std::span<const PixelRegion> windows, LightSpots& spots, SpotReport& report);
-  Status find(const ImageView16& image, std::span<const PixelRegion> windows, LightSpots& spots, SpotReport& report);
+  /// Searches windows, clipped to the image. A spot counts when the middle of it lies in a window, margin_px inside; its
+  /// flank may lie outside. Thresholds come from the whole window, which is best three to five times as wide as the spot.
+  Status find(const ImageView& image, std::span<const PixelRegion> windows, int margin_px, LightSpots& spots,
+              SpotReport& report);
+  Status find(const ImageView16& image, std::span<const PixelRegion> windows, int margin_px, LightSpots& spots,
+              SpotReport& report);
 
  private:
   template <typename Pixel>
-  Status search(const GreyImageView<Pixel>& image, std::span<const PixelRegion> windows, LightSpots& spots,
-                SpotReport& report);
+  Status search(const GreyImageView<Pixel>& image, std::span<const PixelRegion> windows, int margin_px,
+                LightSpots& spots, SpotReport& report);
   template <typename Pixel>
   void fit_candidates(const GreyImageView<Pixel>& image, LightSpots& spots, SpotReport& report) const;
 

@@ -206,7 +206,8 @@ void SpotRegions::measure(const GreyImageView<Pixel>& image, const SpotSettings&
   }
 }
 
-bool SpotRegions::judge(const SpotSettings& settings, bool last, SpotCandidates& candidates, RegionCounts& counts) {
+bool SpotRegions::judge(const PixelRegion& core, const SpotSettings& settings, bool last, SpotCandidates& candidates,
+                        RegionCounts& counts) {
   bool again = false;
   for (Region& region : regions_) {
     const double n = region.area;
@@ -229,7 +230,7 @@ bool SpotRegions::judge(const SpotSettings& settings, bool last, SpotCandidates&
       candidate.peak_dn = region.peak_dn;
       candidate.area_px = region.area;
       candidate.saturated_px = region.saturated;
-      candidates.put(candidate);
+      if (core.holds(candidate.uv_px(0), candidate.uv_px(1))) candidates.put(candidate);
     } else if (room) {
       region.next_level_dn = static_cast<std::uint16_t>(next);
       again = true;
@@ -265,8 +266,9 @@ void SpotRegions::split(const GreyImageView<Pixel>& image, RegionCounts& counts)
 }
 
 template <typename Pixel>
-void SpotRegions::search(const GreyImageView<Pixel>& image, const PixelRegion& region, const SpotSettings& settings,
-                         SpotThreshold& threshold, SpotCandidates& candidates, RegionCounts& counts) {
+void SpotRegions::search(const GreyImageView<Pixel>& image, const PixelRegion& region, const PixelRegion& core,
+                         const SpotSettings& settings, SpotThreshold& threshold, SpotCandidates& candidates,
+                         RegionCounts& counts) {
   std::int32_t dropped = scan(image, region, threshold);
   for (int i = 0; i < max_raises && dropped > 0; ++i) {
     threshold.raise(settings);
@@ -277,18 +279,20 @@ void SpotRegions::search(const GreyImageView<Pixel>& image, const PixelRegion& r
   for (int level = 0; level < max_levels; ++level) {
     connect();
     measure(image, settings, counts);
-    if (!judge(settings, level + 1 == max_levels, candidates, counts)) return;
+    if (!judge(core, settings, level + 1 == max_levels, candidates, counts)) return;
     split(image, counts);
   }
 }
 
-void SpotRegions::find(const ImageView& image, const PixelRegion& region, const SpotSettings& settings,
-                       SpotThreshold& threshold, SpotCandidates& candidates, RegionCounts& counts) {
-  search(image, region, settings, threshold, candidates, counts);
+void SpotRegions::find(const ImageView& image, const PixelRegion& region, const PixelRegion& core,
+                       const SpotSettings& settings, SpotThreshold& threshold, SpotCandidates& candidates,
+                       RegionCounts& counts) {
+  search(image, region, core, settings, threshold, candidates, counts);
 }
-void SpotRegions::find(const ImageView16& image, const PixelRegion& region, const SpotSettings& settings,
-                       SpotThreshold& threshold, SpotCandidates& candidates, RegionCounts& counts) {
-  search(image, region, settings, threshold, candidates, counts);
+void SpotRegions::find(const ImageView16& image, const PixelRegion& region, const PixelRegion& core,
+                       const SpotSettings& settings, SpotThreshold& threshold, SpotCandidates& candidates,
+                       RegionCounts& counts) {
+  search(image, region, core, settings, threshold, candidates, counts);
 }
 
 }  // namespace relnav::vision

@@ -52,11 +52,12 @@ struct RegionCounts {
 /// structure or the glint it touches. So often as max_levels; every pass is bounded by the tables.
 class SpotRegions {
  public:
-  /// The region lies inside the image; `threshold` was measured on it and may be raised.
-  void find(const ImageView& image, const PixelRegion& region, const SpotSettings& settings, SpotThreshold& threshold,
-            SpotCandidates& candidates, RegionCounts& counts);
-  void find(const ImageView16& image, const PixelRegion& region, const SpotSettings& settings, SpotThreshold& threshold,
-            SpotCandidates& candidates, RegionCounts& counts);
+  /// The region lies inside the image; `threshold` was measured on it and may be raised. Spots whose middle lies outside of
+  /// `core` are left out.
+  void find(const ImageView& image, const PixelRegion& region, const PixelRegion& core, const SpotSettings& settings,
+            SpotThreshold& threshold, SpotCandidates& candidates, RegionCounts& counts);
+  void find(const ImageView16& image, const PixelRegion& region, const PixelRegion& core, const SpotSettings& settings,
+            SpotThreshold& threshold, SpotCandidates& candidates, RegionCounts& counts);
 
  private:
   struct Run {
@@ -84,15 +85,16 @@ class SpotRegions {
   static_assert(config::max_spot_runs <= 65536 && config::max_spot_regions < 65536);
 
   template <typename Pixel>
-  void search(const GreyImageView<Pixel>& image, const PixelRegion& region, const SpotSettings& settings,
-              SpotThreshold& threshold, SpotCandidates& candidates, RegionCounts& counts);
+  void search(const GreyImageView<Pixel>& image, const PixelRegion& region, const PixelRegion& core,
+              const SpotSettings& settings, SpotThreshold& threshold, SpotCandidates& candidates, RegionCounts& counts);
   template <typename Pixel>
   std::int32_t scan(const GreyImageView<Pixel>& image, const PixelRegion& region, const SpotThreshold& threshold);
   template <typename Pixel>
   void measure(const GreyImageView<Pixel>& image, const SpotSettings& settings, RegionCounts& counts);
   template <typename Pixel>
   void split(const GreyImageView<Pixel>& image, RegionCounts& counts);
-  bool judge(const SpotSettings& settings, bool last, SpotCandidates& candidates, RegionCounts& counts);
+  bool judge(const PixelRegion& core, const SpotSettings& settings, bool last, SpotCandidates& candidates,
+             RegionCounts& counts);
   void connect();
   [[nodiscard]] std::uint16_t root_of(std::uint16_t run);
   void join(std::uint16_t a, std::uint16_t b);

@@ -362,7 +362,7 @@ TEST(LightSpotFinder, WindowsGiveWhatTheWholeImageGives) {
   // The second twice, by windows that overlap; the third is in none; one window reaches out of the image.
   const std::vector<PixelRegion> windows{
       {48, 38, 72, 62}, {188, 68, 212, 92}, {190, 72, 214, 96}, {300, 220, 340, 260}, {50, 50, 50, 60}};
-  CHECK(finder->find(view_of(scene, pixels), windows, spots, report) == Status::ok);
+  CHECK(finder->find(view_of(scene, pixels), windows, 0, spots, report) == Status::ok);
   CHECK_EQUAL(2U, spots.size());
   CHECK_EQUAL(1, report.repeated);
   for (const LightSpot& spot : spots) {
@@ -372,6 +372,12 @@ TEST(LightSpotFinder, WindowsGiveWhatTheWholeImageGives) {
     CHECK((same->uv_px - spot.uv_px).norm() < 0.3 * spot.sigma_px);
     DOUBLES_EQUAL(same->flux, spot.flux, 0.05 * spot.flux);
   }
+
+  // Of the three, the middle of the first only lies 8 px inside of its window.
+  const std::vector<PixelRegion> off_centre{{48, 38, 72, 62}, {195, 68, 219, 92}};
+  CHECK(finder->find(view_of(scene, pixels), off_centre, 8, spots, report) == Status::ok);
+  CHECK_EQUAL(1U, spots.size());
+  CHECK(nearest(spots, lamps[0].u, lamps[0].v) != nullptr);
 }
 
 TEST(LightSpotFinder, SameImageSameSpots) {
