@@ -8,7 +8,7 @@ namespace relnav {
 
 enum class CooperativeMethod : std::uint8_t {
   least_squares,  ///< maximum likelihood over all cameras: `rodrigues` with one camera, `ml` with two
-  motor,          ///< closed forms for comparison, two cameras; their covariance is that of the least squares there
+  motor,  ///< closed forms for comparison, two cameras; their covariance is their own, see propagate_pixel_noise()
   orthogonal,
 };
 
