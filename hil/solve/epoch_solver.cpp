@@ -51,7 +51,7 @@ Status EpochSolver::solve_narrow(const PoseObservations& observations, const Pos
   };
   const Status status = setup_.scalar == SolveScalar::in_float ? run(float()) : run(FixedQ47());
   if (status == Status::ok && is_alarming(solution_.estimate, setup_.config.outliers)) return Status::inconsistent;
-  // A start that was too far off: once more without it.
+  // A start that was too far off: once more without it, as CooperativeEstimator does. Acquisition is in double.
   return status != Status::ok && prior != nullptr && setup_.switching ? solve_narrow(observations, nullptr) : status;
 }
 
