@@ -5,8 +5,8 @@ namespace relnav {
 
 /// Covariance [dt dphi] of a closed form over triangulated points: the pixels' noise carried to first order through
 /// triangulation and closed form, P = sum over the pixel coordinates of sigma^2 (d pose / d coordinate) (...)', derivatives
-/// by central differences. 8 solutions a point, so 32 for four features. Says how far the pose scatters; a bias, which the
-/// noise of the depths brings with it far away, is not in it.
+/// by central differences. 8 solutions a point, so 32 for four features. To first order only: honest while the noise
+/// turns the pose by a few degrees, too small beyond 10 deg (figures: docs/cooperative-scenarios.md).
 /// `solve(points, pose)` is the closed form. `points` are as before afterwards, unless there is an error: that of
 /// triangulate_pixels() or of `solve`, next to where both had an answer.
 template <typename Solve>

@@ -61,11 +61,12 @@ Status CooperativeEstimator::find_minimum(const PoseObservations& observations, 
     if (status == Status::ok && !is_alarming(out.estimate, config_.outliers)) return status;
   }
   PoseEstimate fresh;
+  Status triangulated = Status::ok;
   if (rig_.size() == 2) {
     StereoPoints points;
     Pose pose;
-    if (triangulate_features(rig_, target_, observations, points) == Status::ok &&
-        solve_motor(target_, points, MotorLines::all, pose) == Status::ok &&
+    triangulated = triangulate_features(rig_, target_, observations, points);
+    if (triangulated == Status::ok && solve_motor(target_, points, MotorLines::all, pose) == Status::ok &&
         solve_pose(rig_, target_, observations, out.used, pose, solver, fresh) == Status::ok &&
         (status != Status::ok || fresh.chi2 < out.estimate.chi2)) {
       out.estimate = fresh;
@@ -81,7 +82,9 @@ Status CooperativeEstimator::find_minimum(const PoseObservations& observations, 
     out.acquired = true;
     return Status::ok;
   }
-  return status == Status::ok ? status : fresh_status;
+  if (status == Status::ok) return status;
+  // No pose at all, and the cameras do not look at the same thing: that is why.
+  return triangulated == Status::inconsistent ? triangulated : fresh_status;
 }
 
 Status CooperativeEstimator::weigh_minima(const PoseObservations& observations, const Pose* prior,

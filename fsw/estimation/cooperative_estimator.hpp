@@ -38,7 +38,8 @@ class CooperativeEstimator {
 
   /// `prior`: where the target is expected in this epoch; null: not known.
   /// ok; ambiguous: two poses explain the observations and no prior decides, both are in `out`; inconsistent: chi-square
-  /// alarm that no few observations explain (`out.estimate` is the best there is, not to be used); else as solve_pose() and
+  /// alarm that no few observations explain (`out.estimate` is the best there is, not to be used; a closed form does not look
+  /// for outliers), or two cameras whose rays do not meet (no estimate); else as solve_pose() and
   /// acquire_pose(), without a pose.
   Status solve(const PoseObservations& observations, const Pose* prior, CooperativeSolution& out) const;
 

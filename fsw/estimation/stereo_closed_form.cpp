@@ -79,13 +79,17 @@ Status triangulate_features(const CameraRig& rig, const TargetModel& target, con
   points.observation.clear();
   points.p_T.clear();
   points.p_C.clear();
+  std::size_t apart = 0;
   for (std::size_t f = 0; f < target.features.size(); ++f) {
     if (seen[0][f] == absent || seen[1][f] == absent) continue;
     const std::size_t o_0 = seen[0][f];
     const std::size_t o_1 = seen[1][f];
     Vec3 p_C;
     const Status status = triangulate_pixels(rig, observations[o_0].uv_px, observations[o_1].uv_px, p_C);
-    if (status == Status::rank_deficient || status == Status::behind_camera) continue;
+    if (status == Status::rank_deficient || status == Status::behind_camera) {
+      ++apart;
+      continue;
+    }
     if (status != Status::ok) return status;
     // As many points as features at most: there is room.
     RELNAV_ASSERT(points.feature.push_back(static_cast<std::uint16_t>(f)) == Status::ok);
@@ -94,7 +98,7 @@ Status triangulate_features(const CameraRig& rig, const TargetModel& target, con
     RELNAV_ASSERT(points.p_T.push_back(target.features[f].p_T) == Status::ok);
     RELNAV_ASSERT(points.p_C.push_back(p_C) == Status::ok);
   }
-  return Status::ok;
+  return apart > points.p_C.size() ? Status::inconsistent : Status::ok;
 }
 
 Status solve_motor(const TargetModel& target, const StereoPoints& points, MotorLines lines, Pose& out) {

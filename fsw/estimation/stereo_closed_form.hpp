@@ -26,7 +26,8 @@ enum class MotorLines : std::uint8_t {
 Status triangulate_pixels(const CameraRig& rig, const Vec2& uv_0_px, const Vec2& uv_1_px, Vec3& p_C);
 
 /// Linear triangulation of each feature that both cameras see. invalid_argument: rig without two cameras, index outside;
-/// errors of CameraModel::unproject(). A feature whose rays are parallel, or meet behind C0, is left out.
+/// errors of CameraModel::unproject(). A feature whose rays are parallel, or meet behind C0, is left out;
+/// inconsistent: that is more than half of them (cameras swapped or badly calibrated; far away also noise).
 Status triangulate_features(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
                             StereoPoints& points);
 

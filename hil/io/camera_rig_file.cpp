@@ -8,6 +8,8 @@
 namespace relnav::hil {
 namespace {
 
+constexpr double least_baseline_m = 1e-6;
+
 const char* model_name(DistortionModel model) {
   switch (model) {
     case DistortionModel::none: return "none";
@@ -48,6 +50,8 @@ CameraRig camera_rig_of(const std::vector<CameraCalibration>& cameras, const std
     }
     if (rig.push_back(camera) != Status::ok)
       throw InputError(names[i], 0, "too many cameras", "at most " + std::to_string(config::max_cameras));
+    if (i > 0 && !(camera.t_KC.norm() > least_baseline_m))
+      throw InputError(names[i], 0, "stands where " + names[0] + " does", "T_BS of each camera, in both files");
   }
   return rig;
 }

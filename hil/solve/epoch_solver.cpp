@@ -58,6 +58,7 @@ Status EpochSolver::solve_narrow(const PoseObservations& observations, const Pos
 const app::StepReport& EpochSolver::solve(Time time, const PoseObservations& observations) {
   const auto begin = std::chrono::steady_clock::now();
   const Pose* prior = has_previous_ ? &previous_ : nullptr;
+  solution_ = CooperativeSolution();
   const Status status =
       setup_.scalar == SolveScalar::in_double ? solve_double(observations, prior) : solve_narrow(observations, prior);
   report_.times = app::StageTimes();

@@ -52,8 +52,10 @@ SolveSetup setup_of(const Options& o) {
   const bool stereo = o.mode == "coop-stereo";
   const std::size_t needed = stereo ? 2 : 1;
   if (o.cameras.size() != needed)
-    throw InputError("--mode " + o.mode, 0, std::to_string(o.cameras.size()) + " camera files given",
-                     std::to_string(needed) + (stereo ? " --camera options" : " --camera option"));
+    throw InputError(
+        "--mode " + o.mode, 0,
+        std::to_string(o.cameras.size()) + (o.cameras.size() == 1 ? " camera file given" : " camera files given"),
+        std::to_string(needed) + (stereo ? " --camera options" : " --camera option"));
   const std::string method = method_of(o);
   const bool closed_form = method == "motor" || method == "orthogonal";
   if (stereo == (method == "rodrigues"))
