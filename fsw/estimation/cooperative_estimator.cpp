@@ -3,6 +3,7 @@
 #include <algorithm>
 
 #include "fsw/attitude/quaternion.hpp"
+#include "fsw/estimation/closed_form_covariance.hpp"
 
 namespace relnav {
 namespace {
@@ -34,11 +35,20 @@ Status CooperativeEstimator::solve_closed_form(const PoseObservations& observati
   StereoPoints points;
   Status status = triangulate_features(rig_, target_, observations, points);
   if (status != Status::ok) return status;
+  const auto solve = [this](const StereoPoints& at, Pose& pose) {
+    return config_.method == CooperativeMethod::motor ? solve_motor(target_, at, config_.lines, pose)
+                                                      : solve_orthogonal(at, pose);
+  };
   Pose pose;
-  status = config_.method == CooperativeMethod::motor ? solve_motor(target_, points, config_.lines, pose)
-                                                      : solve_orthogonal(points, pose);
+  status = solve(points, pose);
+  if (status == Status::ok) status = assess_pose(rig_, target_, observations, out.used, pose, out.estimate);
   if (status != Status::ok) return status;
-  return assess_pose(rig_, target_, observations, out.used, pose, out.estimate);
+  // Residuals of a closed form are larger than the pixels' noise; whether the pixels fit together is seen at the optimum.
+  PoseEstimate optimum;
+  status = solve_pose(rig_, target_, observations, out.used, pose, config_.acquisition.solver, optimum);
+  if (status == Status::ok && is_alarming(optimum, config_.outliers)) status = Status::inconsistent;
+  if (status != Status::ok) return status;
+  return propagate_pixel_noise(rig_, observations, points, solve, out.estimate.covariance);
 }
 
 Status CooperativeEstimator::find_minimum(const PoseObservations& observations, const Pose* prior,
@@ -51,11 +61,12 @@ Status CooperativeEstimator::find_minimum(const PoseObservations& observations, 
     if (status == Status::ok && !is_alarming(out.estimate, config_.outliers)) return status;
   }
   PoseEstimate fresh;
+  Status triangulated = Status::ok;
   if (rig_.size() == 2) {
     StereoPoints points;
     Pose pose;
-    if (triangulate_features(rig_, target_, observations, points) == Status::ok &&
-        solve_motor(target_, points, MotorLines::all, pose) == Status::ok &&
+    triangulated = triangulate_features(rig_, target_, observations, points);
+    if (triangulated == Status::ok && solve_motor(target_, points, MotorLines::all, pose) == Status::ok &&
         solve_pose(rig_, target_, observations, out.used, pose, solver, fresh) == Status::ok &&
         (status != Status::ok || fresh.chi2 < out.estimate.chi2)) {
       out.estimate = fresh;
@@ -71,7 +82,9 @@ Status CooperativeEstimator::find_minimum(const PoseObservations& observations, 
     out.acquired = true;
     return Status::ok;
   }
-  return status == Status::ok ? status : fresh_status;
+  if (status == Status::ok) return status;
+  // No pose at all, and the cameras do not look at the same thing: that is why.
+  return triangulated == Status::inconsistent ? triangulated : fresh_status;
 }
 
 Status CooperativeEstimator::weigh_minima(const PoseObservations& observations, const Pose* prior,

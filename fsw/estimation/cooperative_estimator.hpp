@@ -8,7 +8,7 @@ namespace relnav {
 
 enum class CooperativeMethod : std::uint8_t {
   least_squares,  ///< maximum likelihood over all cameras: `rodrigues` with one camera, `ml` with two
-  motor,          ///< closed forms for comparison, two cameras; their covariance is that of the least squares there
+  motor,  ///< closed forms for comparison, two cameras; their covariance is their own, see propagate_pixel_noise()
   orthogonal,
 };
 
@@ -38,7 +38,8 @@ class CooperativeEstimator {
 
   /// `prior`: where the target is expected in this epoch; null: not known.
   /// ok; ambiguous: two poses explain the observations and no prior decides, both are in `out`; inconsistent: chi-square
-  /// alarm that no few observations explain (`out.estimate` is the best there is, not to be used); else as solve_pose() and
+  /// alarm that no few observations explain (`out.estimate` is the best there is, not to be used; a closed form does not look
+  /// for outliers), or two cameras whose rays do not meet (no estimate); else as solve_pose() and
   /// acquire_pose(), without a pose.
   Status solve(const PoseObservations& observations, const Pose* prior, CooperativeSolution& out) const;
 

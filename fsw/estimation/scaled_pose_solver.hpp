@@ -1,6 +1,8 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cmath>
+#include <cstdint>
 
 #include "fsw/attitude/quaternion.hpp"
 #include "fsw/attitude/rodrigues.hpp"
@@ -10,12 +12,15 @@
 
 namespace relnav {
 
-/// What an iteration in a scalar narrower than double needs to know of it.
+/// What an iteration in a given scalar needs to know of it. Meanings as in IterationLimits; gain is in squared sigmas,
+/// least_gain: not under this once the rows are scaled.
 template <typename S>
 struct ScalarTraits;
 
 template <>
 struct ScalarTraits<double> {
+  static constexpr double gain = 1e-10;
+  static constexpr double least_gain = 0.0;
   static constexpr double step = 1e-13;
   static constexpr double cost_slack = 1e-12;
   static constexpr double least_pivot = 1e-13;
@@ -23,6 +28,8 @@ struct ScalarTraits<double> {
 };
 template <>
 struct ScalarTraits<float> {
+  static constexpr double gain = 1e-7;
+  static constexpr double least_gain = 0.0;
   static constexpr double step = 2e-6;
   static constexpr double cost_slack = 1e-5;
   static constexpr double least_pivot = 2e-7;
@@ -30,60 +37,153 @@ struct ScalarTraits<float> {
 };
 template <int FractionBits>
 struct ScalarTraits<Fixed<FractionBits>> {
+  static constexpr double gain = 1e-10;
+  static constexpr double least_gain = 4.0 / static_cast<double>(std::int64_t{1} << FractionBits);
   static constexpr double step = 1e-11;
   static constexpr double cost_slack = 1e-10;
   static constexpr double least_pivot = 1e-11;
   static bool is_sound(const Fixed<FractionBits>& value) { return !value.overflowed(); }
 };
 
-/// PoseIteration in any scalar, scaled so that nothing leaves the range of Q16.47: lengths over the start's distance, images
-/// normalised and undistorted (in double, beforehand), weights over the largest. The cost differs from that of solve_pose()
-/// by what distortion bends within a residual. Chi-square and covariance are those of the result, in double.
-/// Errors as solve_pose(); not_finite: overflow on the way.
+/// Rows of PoseIteration in any scalar, scaled for Q16.47: lengths over the target's size (|X_T| <= 1, so that attitude and
+/// position have slopes alike), images normalised and undistorted (in double, beforehand) and weighted with the slope of the
+/// pixel there over its sigma, and all rows times a factor by which the normal equations fill the range but stay inside of
+/// it, at half the start's depth too. Good up to a range of some 500 times the target's size.
+template <typename S>
+class ScaledRows {
+ public:
+  using Vector = Eigen::Matrix<S, 3, 1>;
+  using Matrix = Eigen::Matrix<S, 3, 3>;
+
+  /// invalid_argument: an index outside, sigma not positive, a start that is not finite; rank_deficient: all features in T's
+  /// origin; behind_camera, outside_domain: a feature has no image.
+  Status gather(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
+                const ObservationMask& used, const Pose& start) {
+    double largest_weight = 0.0;
+    double largest_image = 0.0;
+    double start_cost = 0.0;
+    double least_depth = 0.0;
+    std::array<Vec2, config::max_observations> images;
+    std::array<Mat2, config::max_observations> weights;
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+      if (!used[i]) continue;
+      const PoseObservation& o = observations[i];
+      if (o.camera >= rig.size() || o.feature >= target.features.size() || !(o.sigma_px > 0.0)) {
+        return Status::invalid_argument;
+      }
+      const RigCamera& camera = rig[o.camera];
+      const Vec3& p_T = target.features[o.feature].p_T;
+      Vec3 ray;
+      const Status status = camera.model.unproject(o.uv_px, ray);
+      if (status != Status::ok) return status;
+      if (!(ray.z() > 0.0)) return Status::outside_domain;
+      images[i] = ray.head<2>() / ray.z();
+      Vec2 uv_px;
+      Mat23 J_uv_p;
+      const Status projected = camera.model.project(Vec3(ray / ray.z()), uv_px, J_uv_p);
+      if (projected != Status::ok) return projected;
+      weights[i] = J_uv_p.leftCols<2>() / o.sigma_px;
+      const Vec3 p_K = camera.R_KC * (start.R_CT * p_T + start.t_CT) + camera.t_KC;
+      const double depth = p_K.z();
+      if (!p_K.allFinite()) return Status::invalid_argument;
+      if (!(depth > 0.0)) return Status::behind_camera;
+      const bool first = count_ == 0;
+      least_depth = first ? depth : std::min(least_depth, depth);
+      largest_weight = std::max(largest_weight, weights[i].norm());
+      largest_image = std::max(largest_image, images[i].norm());
+      start_cost += (images[i] - p_K.head<2>() / depth).squaredNorm();
+      length_ = std::max(length_, p_T.norm());
+      ++count_;
+    }
+    if (count_ == 0) return Status::too_few_features;
+    if (!(length_ > 0.0)) return Status::rank_deficient;
+    // With rows of weight 1 over the largest, an observation adds at most 4 |J|^2 to the diagonal, |J| = sqrt(1 + image^2) /
+    // depth. The cost is largest at the start.
+    const double n = count_;
+    const double slope = std::sqrt(4.0 * n * (1.0 + largest_image * largest_image)) * length_ / least_depth;
+    const double factor = std::min(largest_root / slope, largest_root / std::sqrt(start_cost));
+    sigma_ = factor / largest_weight;
+
+    for (std::size_t k = 0; k < rig.size(); ++k) {
+      R_KC_[k] = rig[k].R_KC.template cast<S>();
+      t_KC_[k] = Vec3(rig[k].t_KC / length_).template cast<S>();
+    }
+    int at = 0;
+    for (std::size_t i = 0; i < observations.size(); ++i) {
+      if (!used[i]) continue;
+      const PoseObservation& o = observations[i];
+      Row& row = rows_[static_cast<std::size_t>(at++)];
+      row.X_T = Vec3(target.features[o.feature].p_T / length_).template cast<S>();
+      row.xy = images[i].template cast<S>();
+      row.weight = Mat2(sigma_ * weights[i]).template cast<S>();
+      row.camera = o.camera;
+    }
+    return Status::ok;
+  }
+
+  Status operator()(int i, const Matrix& R_CT, const Vector& t_CT, PoseRow<S>& out) const {
+    const Row& row = rows_[static_cast<std::size_t>(i)];
+    const Matrix& R = R_KC_[row.camera];
+    out.X_r = turned(R_CT, row.X_T);
+    const Vector p_K = sum(turned(R, sum(out.X_r, t_CT)), t_KC_[row.camera]);
+    if (!(p_K(2) > S(least_depth_per_size))) return Status::behind_camera;
+    const S inverse = S(1) / p_K(2);
+    const S x = p_K(0) * inverse, y = p_K(1) * inverse;
+    const S dx = row.xy(0) - x, dy = row.xy(1) - y;
+    for (int k = 0; k < 2; ++k) {
+      const S a = row.weight(k, 0), b = row.weight(k, 1);
+      out.r(k) = a * dx + b * dy;
+      const S a_z = a * inverse, b_z = b * inverse;
+      for (int c = 0; c < 3; ++c) out.J(k, c) = a_z * (R(0, c) - x * R(2, c)) + b_z * (R(1, c) - y * R(2, c));
+    }
+    return Status::ok;
+  }
+
+  [[nodiscard]] int count() const { return count_; }
+  /// m; the unit of lengths.
+  [[nodiscard]] double length() const { return length_; }
+  /// Of each row's residual.
+  [[nodiscard]] double sigma() const { return sigma_; }
+
+ private:
+  struct Row {
+    Vector X_T;
+    Eigen::Matrix<S, 2, 1> xy;
+    Eigen::Matrix<S, 2, 2> weight;
+    std::size_t camera;
+  };
+  static constexpr double largest_root = 64.0;  ///< of the diagonal and of the cost: a sixteenth of the range
+  static constexpr double least_depth_per_size = 1e-3;
+
+  [[nodiscard]] static Vector turned(const Matrix& R, const Vector& v) {
+    Vector w;
+    for (int k = 0; k < 3; ++k) w(k) = R(k, 0) * v(0) + R(k, 1) * v(1) + R(k, 2) * v(2);
+    return w;
+  }
+  [[nodiscard]] static Vector sum(const Vector& a, const Vector& b) {
+    return Vector(a(0) + b(0), a(1) + b(1), a(2) + b(2));
+  }
+
+  std::array<Row, config::max_observations> rows_;
+  std::array<Matrix, config::max_cameras> R_KC_;
+  std::array<Vector, config::max_cameras> t_KC_;
+  double length_ = 0.0;
+  double sigma_ = 0.0;
+  int count_ = 0;
+};
+
+/// PoseIteration in any scalar. The cost differs from that of solve_pose() by how distortion bends within a residual.
+/// Chi-square and covariance are those of the result, in double. huber_sigma is not looked at.
+/// Errors as solve_pose(); not_finite: a number left its range. With switching off that is g near 180 deg: in Q16.47 g'g does
+/// from |g| = 256 on, 0.45 deg away; in floating point at 180 deg itself.
 template <typename S>
 Status solve_scaled_pose(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
                          const ObservationMask& used, const Pose& start, const PoseSolverSettings& settings,
                          PoseEstimate& out) {
   using Traits = ScalarTraits<S>;
-  using Vector3 = Eigen::Matrix<S, 3, 1>;
-  struct Row {
-    Vector3 X_T;
-    Eigen::Matrix<S, 2, 1> xy;
-    S weight;
-    std::size_t camera;
-  };
-  const double length = start.t_CT.norm();
-  if (!(length > 0.0) || !std::isfinite(length)) return Status::invalid_argument;
-
-  std::array<Row, config::max_observations> rows;
-  std::array<Eigen::Matrix<S, 3, 3>, config::max_cameras> R_KC;
-  std::array<Vector3, config::max_cameras> t_KC;
-  for (std::size_t k = 0; k < rig.size(); ++k) {
-    R_KC[k] = rig[k].R_KC.cast<S>();
-    t_KC[k] = Vec3(rig[k].t_KC / length).cast<S>();
-  }
-  double least_sigma = 0.0;
-  for (std::size_t i = 0; i < observations.size(); ++i) {
-    const double sigma = observations[i].sigma_px;
-    if (used[i] && (!(least_sigma > 0.0) || sigma < least_sigma)) least_sigma = sigma;
-  }
-  int count = 0;
-  for (std::size_t i = 0; i < observations.size(); ++i) {
-    const PoseObservation& o = observations[i];
-    if (!used[i]) continue;
-    if (o.camera >= rig.size() || o.feature >= target.features.size() || !(o.sigma_px > 0.0)) {
-      return Status::invalid_argument;
-    }
-    Vec3 ray;
-    const Status status = rig[o.camera].model.unproject(o.uv_px, ray);
-    if (status != Status::ok) return status;
-    if (!(ray.z() > 0.0)) return Status::outside_domain;
-    Row& row = rows[static_cast<std::size_t>(count++)];
-    row.X_T = Vec3(target.features[o.feature].p_T / length).cast<S>();
-    row.xy = Vec2(ray.head<2>() / ray.z()).cast<S>();
-    row.weight = S(least_sigma / o.sigma_px);
-    row.camera = o.camera;
-  }
+  ScaledRows<S> rows;
+  Status status = rows.gather(rig, target, observations, used, start);
+  if (status != Status::ok) return status;
 
   PoseIteration<S> iteration;
   if (settings.switching) {
@@ -93,47 +193,27 @@ Status solve_scaled_pose(const CameraRig& rig, const TargetModel& target, const 
     const Quaternion q = Quaternion::from_dcm(start.R_CT);
     iteration.attitude = {Vec3(-q.vector() / q.w).cast<S>(), 0};
   }
-  iteration.t = Vec3(start.t_CT / length).cast<S>();
-  const auto row_of = [&](int i, const Eigen::Matrix<S, 3, 3>& R_CT, const Vector3& t_CT, PoseRow<S>& out_row) {
-    const Row& row = rows[static_cast<std::size_t>(i)];
-    const auto turned = [](const Eigen::Matrix<S, 3, 3>& R, const Vector3& v) {
-      Vector3 w;
-      for (int k = 0; k < 3; ++k) w(k) = R(k, 0) * v(0) + R(k, 1) * v(1) + R(k, 2) * v(2);
-      return w;
-    };
-    out_row.X_r = turned(R_CT, row.X_T);
-    Vector3 p = out_row.X_r;
-    for (int k = 0; k < 3; ++k) p(k) += t_CT(k);
-    const Eigen::Matrix<S, 3, 3>& R = R_KC[row.camera];
-    Vector3 p_K = turned(R, p);
-    for (int k = 0; k < 3; ++k) p_K(k) += t_KC[row.camera](k);
-    if (!(p_K(2) > S(1e-3))) return Status::behind_camera;
-    const S inverse = S(1) / p_K(2);
-    for (int k = 0; k < 2; ++k) {
-      const S image = p_K(k) * inverse;
-      out_row.r(k) = row.weight * (row.xy(k) - image);
-      const S scale = row.weight * inverse;
-      for (int c = 0; c < 3; ++c) out_row.J(k, c) = scale * (R(k, c) - image * R(2, c));
-    }
-    return Status::ok;
-  };
+  iteration.t = Vec3(start.t_CT / rows.length()).cast<S>();
   IterationLimits<S> limits;
   limits.max_iterations = settings.max_iterations;
-  limits.gain = S(0);
+  limits.gain = S(std::max(Traits::gain * rows.sigma() * rows.sigma(), Traits::least_gain));
   limits.step = S(Traits::step);
   limits.cost_slack = S(Traits::cost_slack);
   limits.least_pivot = S(Traits::least_pivot);
   limits.switching = settings.switching;
-  const Status status = iteration.solve(count, row_of, limits);
+  status = iteration.solve(rows.count(), rows, limits);
+  // Whatever it says: with numbers that have left their range it means nothing.
+  const auto R_CT = iteration.attitude.dcm();
+  for (int k = 0; k < 3; ++k) {
+    bool sound = Traits::is_sound(iteration.t(k));
+    for (int c = 0; c < 3; ++c) sound = sound && Traits::is_sound(R_CT(k, c));
+    if (!sound) return Status::not_finite;
+  }
   if (status != Status::ok) return status;
-  bool sound = true;
-  for (int k = 0; k < 3; ++k)
-    sound = sound && Traits::is_sound(iteration.attitude.g(k)) && Traits::is_sound(iteration.t(k));
-  if (!sound) return Status::not_finite;
 
   const RodriguesChart chart =
       RodriguesChart::from_parameters(iteration.attitude.g.template cast<double>(), iteration.attitude.set);
-  const Pose pose{chart.dcm(), length * iteration.t.template cast<double>()};
+  const Pose pose{chart.dcm(), rows.length() * iteration.t.template cast<double>()};
   const Status assessed = assess_pose(rig, target, observations, used, pose, out);
   out.iterations = iteration.iterations();
   return assessed;

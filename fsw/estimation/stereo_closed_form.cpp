@@ -55,6 +55,16 @@ void for_each_line(const TargetModel& target, const StereoPoints& points, MotorL
 
 }  // namespace
 
+Status triangulate_pixels(const CameraRig& rig, const Vec2& uv_0_px, const Vec2& uv_1_px, Vec3& p_C) {
+  Vec2 xy_0;
+  Vec2 xy_1;
+  Status status = image_of(rig[0], uv_0_px, xy_0);
+  if (status == Status::ok) status = image_of(rig[1], uv_1_px, xy_1);
+  if (status == Status::ok) status = triangulate<double>(xy_0, xy_1, rig[1].R_KC, rig[1].t_KC, least_pivot, p_C);
+  if (status != Status::ok) return status;
+  return p_C.z() > 0.0 ? Status::ok : Status::behind_camera;
+}
+
 Status triangulate_features(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
                             StereoPoints& points) {
   if (rig.size() != 2) return Status::invalid_argument;
@@ -66,24 +76,29 @@ Status triangulate_features(const CameraRig& rig, const TargetModel& target, con
     seen[o.camera][o.feature] = i;
   }
   points.feature.clear();
+  points.observation.clear();
   points.p_T.clear();
   points.p_C.clear();
+  std::size_t apart = 0;
   for (std::size_t f = 0; f < target.features.size(); ++f) {
     if (seen[0][f] == absent || seen[1][f] == absent) continue;
-    Vec2 xy_0;
-    Vec2 xy_1;
-    Status status = image_of(rig[0], observations[seen[0][f]].uv_px, xy_0);
-    if (status == Status::ok) status = image_of(rig[1], observations[seen[1][f]].uv_px, xy_1);
-    if (status != Status::ok) return status;
+    const std::size_t o_0 = seen[0][f];
+    const std::size_t o_1 = seen[1][f];
     Vec3 p_C;
-    status = triangulate<double>(xy_0, xy_1, rig[1].R_KC, rig[1].t_KC, least_pivot, p_C);
-    if (status != Status::ok || !(p_C.z() > 0.0)) continue;
+    const Status status = triangulate_pixels(rig, observations[o_0].uv_px, observations[o_1].uv_px, p_C);
+    if (status == Status::rank_deficient || status == Status::behind_camera) {
+      ++apart;
+      continue;
+    }
+    if (status != Status::ok) return status;
     // As many points as features at most: there is room.
     RELNAV_ASSERT(points.feature.push_back(static_cast<std::uint16_t>(f)) == Status::ok);
+    RELNAV_ASSERT(points.observation.push_back({static_cast<std::uint16_t>(o_0), static_cast<std::uint16_t>(o_1)}) ==
+                  Status::ok);
     RELNAV_ASSERT(points.p_T.push_back(target.features[f].p_T) == Status::ok);
     RELNAV_ASSERT(points.p_C.push_back(p_C) == Status::ok);
   }
-  return Status::ok;
+  return apart > points.p_C.size() ? Status::inconsistent : Status::ok;
 }
 
 Status solve_motor(const TargetModel& target, const StereoPoints& points, MotorLines lines, Pose& out) {

@@ -1,13 +1,17 @@
 #pragma once
+#include <array>
+
 #include "fsw/geometry/camera_rig.hpp"
 #include "fsw/geometry/pose_observation.hpp"
 #include "fsw/geometry/target_model.hpp"
 
 namespace relnav {
 
-/// Features seen by both cameras of a rig, in T and triangulated in C0. Position in both arrays is the same.
+/// Features seen by both cameras of a rig, in T and triangulated in C0. Position in all arrays is the same.
 struct StereoPoints {
   BoundedVector<std::uint16_t, config::max_target_features> feature;  ///< position in TargetModel::features
+  /// Of each camera: position in PoseObservations.
+  BoundedVector<std::array<std::uint16_t, 2>, config::max_target_features> observation;
   BoundedVector<Vec3, config::max_target_features> p_T;
   BoundedVector<Vec3, config::max_target_features> p_C;
 };
@@ -17,8 +21,13 @@ enum class MotorLines : std::uint8_t {
   all,     ///< every pair of features
 };
 
+/// Point from its pixels in both cameras of a rig, by linear triangulation. Errors of CameraModel::unproject() and
+/// triangulate(); behind_camera: the rays meet behind C0.
+Status triangulate_pixels(const CameraRig& rig, const Vec2& uv_0_px, const Vec2& uv_1_px, Vec3& p_C);
+
 /// Linear triangulation of each feature that both cameras see. invalid_argument: rig without two cameras, index outside;
-/// errors of CameraModel::unproject(). A feature whose rays are parallel is left out.
+/// errors of CameraModel::unproject(). A feature whose rays are parallel, or meet behind C0, is left out;
+/// inconsistent: that is more than half of them (cameras swapped or badly calibrated; far away also noise).
 Status triangulate_features(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
                             StereoPoints& points);
 

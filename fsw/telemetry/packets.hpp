@@ -26,7 +26,8 @@ enum class Estimator : std::uint8_t {
   mono_least_squares = 1,
   stereo_least_squares = 2,
   motor = 3,
-  inverse_depth_ekf = 4
+  inverse_depth_ekf = 4,
+  orthogonal = 5
 };
 enum class FrameCode : std::uint8_t { camera_0 = 0, camera_1 = 1, target = 2, chaser_body = 3, inertial = 4 };
 
@@ -120,8 +121,12 @@ struct EventPacket {
 namespace labels {
 
 inline constexpr std::array<Label, 4> mode_items{{{0, "STANDBY"}, {1, "ACQUIRE"}, {2, "TRACK"}, {3, "LOST"}}};
-inline constexpr std::array<Label, 5> estimator_items{
-    {{0, "none"}, {1, "mono_least_squares"}, {2, "stereo_least_squares"}, {3, "motor"}, {4, "inverse_depth_ekf"}}};
+inline constexpr std::array<Label, 6> estimator_items{{{0, "none"},
+                                                       {1, "mono_least_squares"},
+                                                       {2, "stereo_least_squares"},
+                                                       {3, "motor"},
+                                                       {4, "inverse_depth_ekf"},
+                                                       {5, "orthogonal"}}};
 inline constexpr std::array<Label, 5> frame_items{{{0, "C0"}, {1, "C1"}, {2, "T"}, {3, "B"}, {4, "I"}}};
 inline constexpr std::array<Label, 6> use_items{{{0, "not_expected"},
                                                  {1, "not_found"},

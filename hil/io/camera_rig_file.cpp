@@ -8,6 +8,8 @@
 namespace relnav::hil {
 namespace {
 
+constexpr double least_baseline_m = 1e-6;
+
 const char* model_name(DistortionModel model) {
   switch (model) {
     case DistortionModel::none: return "none";
@@ -42,12 +44,14 @@ CameraRig camera_rig_of(const std::vector<CameraCalibration>& cameras, const std
     RigCamera camera;
     camera.model = model.value();
     if (i > 0) {
-      const Mat3 R_CkB = rotation_of(cameras[i]).transpose();
-      camera.R_KC = R_CkB * R_BC0;
-      camera.t_KC = R_CkB * (t_BC0 - Vec3(cameras[i].T_BC.topRightCorner<3, 1>()));
+      const Mat3 R_KB = rotation_of(cameras[i]).transpose();
+      camera.R_KC = R_KB * R_BC0;
+      camera.t_KC = R_KB * (t_BC0 - Vec3(cameras[i].T_BC.topRightCorner<3, 1>()));
     }
     if (rig.push_back(camera) != Status::ok)
       throw InputError(names[i], 0, "too many cameras", "at most " + std::to_string(config::max_cameras));
+    if (i > 0 && !(camera.t_KC.norm() > least_baseline_m))
+      throw InputError(names[i], 0, "stands where " + names[0] + " does", "T_BS of each camera, in both files");
   }
   return rig;
 }

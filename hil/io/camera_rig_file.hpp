@@ -8,8 +8,8 @@
 namespace relnav::hil {
 
 /// The rig of cameras with the same chaser body, in the order given; each T_BC says where a camera stands. `names` (one
-/// a camera) are for messages. Throws InputError when there are more than config::max_cameras, or none, or one cannot be
-/// a CameraModel.
+/// a camera) are for messages. Throws InputError when there are more than config::max_cameras, or none, one cannot be
+/// a CameraModel, or one stands where the first does.
 [[nodiscard]] CameraRig camera_rig_of(const std::vector<CameraCalibration>& cameras,
                                       const std::vector<std::string>& names);
 

@@ -165,7 +165,15 @@ PoseObservations pose_observations(const std::string& path, const ObservationEpo
 
 void check_observations(const std::string& path, const std::vector<ObservationEpoch>& epochs, const TargetModel& target,
                         const CameraRig& rig) {
-  for (const ObservationEpoch& epoch : epochs) static_cast<void>(pose_observations(path, epoch, target, rig));
+  std::vector<bool> seen(rig.size(), false);
+  for (const ObservationEpoch& epoch : epochs) {
+    for (const PoseObservation& o : pose_observations(path, epoch, target, rig)) seen[o.camera] = true;
+  }
+  for (std::size_t camera = 0; camera < seen.size(); ++camera) {
+    if (!seen[camera])
+      throw InputError(path, 0, "no row of camera " + std::to_string(camera) + ", which has a camera file",
+                       "rows of every camera");
+  }
 }
 
 std::string observation_line(Time time, const ObservationRow& row) {

@@ -35,7 +35,7 @@ struct ObservationEpoch {
 /// the target does not have, a camera the rig does not have, a pixel outside of its image.
 [[nodiscard]] PoseObservations pose_observations(const std::string& path, const ObservationEpoch& epoch,
                                                  const TargetModel& target, const CameraRig& rig);
-/// The same for all epochs, to find what is wrong before anything is written.
+/// The same for all epochs, to find what is wrong before anything is written; also a camera without any row.
 void check_observations(const std::string& path, const std::vector<ObservationEpoch>& epochs, const TargetModel& target,
                         const CameraRig& rig);
 

@@ -36,6 +36,7 @@ std::string summary_json(const RunDescription& d, const ReplayOutcome& outcome, 
   json["dataset"] = d.dataset;
   json["mode"] = d.mode;
   if (!d.target.empty()) json["target"] = d.target;
+  if (!d.method.empty()) json["method"] = d.method;
   if (!d.motion.empty()) {
     json["motion"] = d.motion;
     json["range_m"] = d.range_m;

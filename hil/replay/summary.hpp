@@ -12,6 +12,7 @@ struct RunDescription {
   std::string dataset;
   std::string mode;
   std::string target;  ///< file, cooperative modes
+  std::string method;  ///< solver, of `solve`; empty else
   std::string motion;  ///< noncoop; empty else
   std::string config;
   double range_m = 0.0;

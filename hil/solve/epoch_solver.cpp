@@ -6,15 +6,24 @@
 #include "fsw/estimation/scaled_pose_solver.hpp"
 
 namespace relnav::hil {
+namespace {
+
+telemetry::Estimator estimator_of(CooperativeMethod method, std::size_t cameras) {
+  switch (method) {
+    case CooperativeMethod::motor: return telemetry::Estimator::motor;
+    case CooperativeMethod::orthogonal: return telemetry::Estimator::orthogonal;
+    case CooperativeMethod::least_squares: break;
+  }
+  return cameras == 2 ? telemetry::Estimator::stereo_least_squares : telemetry::Estimator::mono_least_squares;
+}
+
+}  // namespace
 
 EpochSolver::EpochSolver(const SolveSetup& setup, const CameraRig& rig, const TargetModel& target) : setup_(setup) {
   setup_.config.acquisition.solver.switching = setup.switching;
   if (estimator_.configure(setup_.config, rig, target) != Status::ok)
     throw std::runtime_error("the estimator refuses this rig and target for the method asked for");
-  const bool closed_form = setup.config.method == CooperativeMethod::motor;
-  report_.estimator = closed_form ? telemetry::Estimator::motor
-                                  : (rig.size() == 2 ? telemetry::Estimator::stereo_least_squares
-                                                     : telemetry::Estimator::mono_least_squares);
+  report_.estimator = estimator_of(setup.config.method, rig.size());
 }
 
 Status EpochSolver::solve_double(const PoseObservations& observations, const Pose* prior) {
@@ -42,13 +51,14 @@ Status EpochSolver::solve_narrow(const PoseObservations& observations, const Pos
   };
   const Status status = setup_.scalar == SolveScalar::in_float ? run(float()) : run(FixedQ47());
   if (status == Status::ok && is_alarming(solution_.estimate, setup_.config.outliers)) return Status::inconsistent;
-  // A start that was too far off: once more without it.
+  // A start that was too far off: once more without it, as CooperativeEstimator does. Acquisition is in double.
   return status != Status::ok && prior != nullptr && setup_.switching ? solve_narrow(observations, nullptr) : status;
 }
 
 const app::StepReport& EpochSolver::solve(Time time, const PoseObservations& observations) {
   const auto begin = std::chrono::steady_clock::now();
   const Pose* prior = has_previous_ ? &previous_ : nullptr;
+  solution_ = CooperativeSolution();
   const Status status =
       setup_.scalar == SolveScalar::in_double ? solve_double(observations, prior) : solve_narrow(observations, prior);
   report_.times = app::StageTimes();
@@ -68,21 +78,23 @@ void EpochSolver::report(Time time, const PoseObservations& observations, Status
   report_.state = RelativeState();
   report_.state.time = time;
   has_previous_ = status == Status::ok;
-  if (status != Status::ok && status != Status::ambiguous) {
-    filter_.restart();
-    return;
-  }
   const PoseEstimate& e = solution_.estimate;
-  if (!filter_.has_started() || filter_.predict(time) != Status::ok || filter_.update(e) != Status::ok) {
-    filter_.start(time, e);
+  if (status != Status::ok) {
+    filter_.restart();
+  } else {
+    if (!filter_.has_started() || filter_.predict(time) != Status::ok || filter_.update(e) != Status::ok) {
+      filter_.start(time, e);
+    }
+    report_.state = filter_.output();
+    previous_ = e.pose;
   }
-  report_.state = filter_.output();
+  if (status != Status::ok && status != Status::ambiguous && status != Status::inconsistent) return;
+  report_.test_ratio = e.degrees_of_freedom > 0 ? e.chi2 / static_cast<double>(e.degrees_of_freedom) : 0.0;
+  if (status == Status::inconsistent) return;
   report_.state.t_CT = e.pose.t_CT;
   report_.state.R_CT = e.pose.R_CT;
   report_.state.pose_covariance = e.covariance;
   report_.inliers = static_cast<std::uint16_t>(e.used);
-  report_.test_ratio = e.degrees_of_freedom > 0 ? e.chi2 / static_cast<double>(e.degrees_of_freedom) : 0.0;
-  previous_ = e.pose;
 }
 
 }  // namespace relnav::hil

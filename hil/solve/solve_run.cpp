@@ -1,6 +1,7 @@
 #include "hil/solve/solve_run.hpp"
 
 #include <chrono>
+#include <cmath>
 #include <memory>
 #include <stdexcept>
 
@@ -24,6 +25,24 @@ FrameRecord record_of(const app::StepReport& report, Time time) {
   return r;
 }
 
+/// Why an epoch has no valid pose; the same events as the flight loop's.
+void send_failure(app::TelemetryWriter& telemetry, const app::StepReport& report, const app::FrameStamp& stamp) {
+  using telemetry::EventId;
+  EventId event = EventId::numerical_fault;
+  app::EventArgs args{};
+  if (report.status == Status::too_few_features) {
+    event = EventId::too_few_features;
+    args = {report.matched, 3};
+  } else if (report.status == Status::ambiguous) {
+    event = EventId::pose_ambiguous;
+    args = {report.matched};
+  } else if (report.status == Status::inconsistent) {
+    event = EventId::update_refused;
+    args = {std::llround(1e3 * report.test_ratio), report.matched, report.inliers};
+  }
+  telemetry.send_event(event, report.status, stamp, stamp.sequence, args);
+}
+
 }  // namespace
 
 ReplayOutcome run_solve(const SolveSetup& setup, const CameraRig& rig, const TargetModel& target,
@@ -42,7 +61,7 @@ ReplayOutcome run_solve(const SolveSetup& setup, const CameraRig& rig, const Tar
     const app::FrameStamp stamp{epoch.time, sequence};
     if (!record.has_pose) {
       ++failures;
-      telemetry->send_event(telemetry::EventId::numerical_fault, report.status, stamp, sequence, {0, 0, 0, 0});
+      send_failure(*telemetry, report, stamp);
     }
     telemetry->send_state(report, stamp, {record.has_pose, true});
     ++sequence;

@@ -43,13 +43,20 @@ struct Options {
   bool force = false;
 };
 
+std::string method_of(const Options& o) {
+  if (!o.method.empty()) return o.method;
+  return o.mode == "coop-stereo" ? "ml" : "rodrigues";
+}
+
 SolveSetup setup_of(const Options& o) {
   const bool stereo = o.mode == "coop-stereo";
   const std::size_t needed = stereo ? 2 : 1;
   if (o.cameras.size() != needed)
-    throw InputError("--mode " + o.mode, 0, std::to_string(o.cameras.size()) + " camera files given",
-                     std::to_string(needed) + (stereo ? " --camera options" : " --camera option"));
-  const std::string method = o.method.empty() ? (stereo ? "ml" : "rodrigues") : o.method;
+    throw InputError(
+        "--mode " + o.mode, 0,
+        std::to_string(o.cameras.size()) + (o.cameras.size() == 1 ? " camera file given" : " camera files given"),
+        std::to_string(needed) + (stereo ? " --camera options" : " --camera option"));
+  const std::string method = method_of(o);
   const bool closed_form = method == "motor" || method == "orthogonal";
   if (stereo == (method == "rodrigues"))
     throw InputError("--method " + method, 0, "is not one of --mode " + o.mode,
@@ -83,6 +90,7 @@ int run(const Options& o) {
   description.dataset = o.observations;
   description.mode = o.mode;
   description.target = o.target;
+  description.method = method_of(o);
   description.frames_listed = epochs.size();
   description.width_px = static_cast<std::uint32_t>(rig[0].model.intrinsics().width_px);
   description.height_px = static_cast<std::uint32_t>(rig[0].model.intrinsics().height_px);

@@ -210,6 +210,43 @@ TEST(CooperativeEstimator, swapped_cameras_are_not_believed) {
   }
 }
 
+/// Parallel cameras swapped: the rays meet behind them, nothing can be solved.
+TEST(CooperativeEstimator, swapped_parallel_cameras_are_inconsistent_by_every_method) {
+  const CameraRig rig = test::stereo_rig(test::pinhole(), test::pinhole(), Mat3::Identity(), Vec3(1.0, 0.0, 0.0));
+  const TargetModel target = test::target_of(test::square(0.5));
+  test::Normal rng(16);
+  for (const CooperativeMethod method :
+       {CooperativeMethod::least_squares, CooperativeMethod::motor, CooperativeMethod::orthogonal}) {
+    configure(rig, target, config_of(method));
+    for (int k = 0; k < 10; ++k) {
+      const Pose truth{reference_dcm(rng.vec3(), 0.06 * k), Vec3(0.5, 0.0, 4.0)};
+      PoseObservations seen = test::see_all(rig, target, truth, sigma_px, rng);
+      CHECK(estimator->solve(seen, nullptr, out) == Status::ok);
+      for (std::size_t i = 0; i < seen.size(); ++i) seen[i].camera = static_cast<std::uint16_t>(1 - seen[i].camera);
+      CHECK(estimator->solve(seen, nullptr, out) == Status::inconsistent);
+    }
+  }
+}
+
+TEST(CooperativeEstimator, closed_forms_do_not_believe_a_camera_turned_by_two_degrees) {
+  CameraRig rig = two_cameras();
+  const TargetModel target = test::target_of(test::square(0.5));
+  test::Normal rng(17);
+  for (const CooperativeMethod method : {CooperativeMethod::motor, CooperativeMethod::orthogonal}) {
+    for (int k = 0; k < 10; ++k) {
+      Pose truth = some_pose(rng);
+      truth.R_CT = reference_dcm(rng.vec3(), 0.5);
+      const PoseObservations seen = test::see_all(two_cameras(), target, truth, sigma_px, rng);
+      configure(rig, target, config_of(method));
+      CHECK(estimator->solve(seen, nullptr, out) == Status::ok);
+      CameraRig bad = rig;
+      bad[1].R_KC = reference_dcm(Vec3::UnitX(), (k % 2 == 0 ? 2.0 : -2.0) / degrees_per_radian) * bad[1].R_KC;
+      configure(bad, target, config_of(method));
+      CHECK(estimator->solve(seen, nullptr, out) == Status::inconsistent);
+    }
+  }
+}
+
 TEST(CooperativeEstimator, a_camera_turned_by_five_degrees_is_not_believed) {
   const CameraRig rig = two_cameras();
   const TargetModel target = uneven_target();

@@ -174,6 +174,11 @@ TEST(PoseObservationsOfRows, CameraWithoutFileIsNamed) {
                       "obs.csv:6: camera 1 has no camera file (expected cam 0, or another --camera)");
 }
 
+TEST(PoseObservationsOfRows, CameraWithoutRowsIsNamed) {
+  CHECK_MESSAGE_HOLDS(failure_with("1000000000, 1, 7", "1000000000, 0, 9"),
+                      "obs.csv: no row of camera 1, which has a camera file (expected rows of every camera)");
+}
+
 TEST(PoseObservationsOfRows, PixelOutsideOfTheImageIsNamed) {
   CHECK_MESSAGE_HOLDS(failure_with("639.5, 0", "639.75, 0"),
                       "obs.csv:7: pixel (639.75, 0) is outside of camera 0's image (expected a pixel of 640 x 480)");
@@ -211,9 +216,13 @@ TEST(CameraRigFile, WhatMakesNoRigIsSaid) {
   CHECK_MESSAGE_HOLDS(message_of([] { static_cast<void>(camera_rig_of({}, {})); }), "no camera (expected at least");
   const CameraCalibration c = some_camera(0.0);
   CHECK_MESSAGE_HOLDS(message_of([&] {
-                        static_cast<void>(camera_rig_of({c, c, c}, {"a", "b", "c.yaml"}));
+                        static_cast<void>(camera_rig_of({c, some_camera(0.5), c}, {"a", "b", "c.yaml"}));
                       }),
                       "c.yaml: too many cameras (expected at most 2)");
   CHECK_MESSAGE_HOLDS(message_of([] { static_cast<void>(camera_rig_of({{}}, {"a.yaml"})); }),
                       "a.yaml: no camera model can be made of it");
+  CHECK_MESSAGE_HOLDS(message_of([&] {
+                        static_cast<void>(camera_rig_of({c, c}, {"a.yaml", "b.yaml"}));
+                      }),
+                      "b.yaml: stands where a.yaml does (expected T_BS of each camera, in both files)");
 }
