@@ -47,14 +47,14 @@ Status PoseFilter::predict(Time time) {
   return Status::ok;
 }
 
-template <int n>
-Status PoseFilter::correct(const Mat<12, n>& PH, Mat<n, n> S, Mat<n> innovation, double gate_chi2) {
-  const Status status = cholesky_lower(MatrixView{S.data(), n, n, n});
+template <int Size>
+Status PoseFilter::correct(const Mat<12, Size>& PH, Mat<Size, Size> S, Mat<Size> innovation, double gate_chi2) {
+  const Status status = cholesky_lower(MatrixView{S.data(), Size, Size, Size});
   if (status != Status::ok) return status;
   // B = P H' L^-T, y = L^-1 innovation: K innovation = B y, K H P = B B'.
-  Mat<12, n> B = PH;
-  solve_right_transposed({S.data(), n, n, n}, {B.data(), 12, n, 12});
-  solve_lower({S.data(), n, n, n}, {innovation.data(), n});
+  Mat<12, Size> B = PH;
+  solve_right_transposed({S.data(), Size, Size, Size}, {B.data(), 12, Size, 12});
+  solve_lower({S.data(), Size, Size, Size}, {innovation.data(), Size});
   nis_ = innovation.squaredNorm();
   if (!(nis_ < gate_chi2)) return Status::inconsistent;
   const Mat<12> d = B.lazyProduct(innovation);

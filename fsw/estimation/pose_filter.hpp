@@ -48,9 +48,9 @@ class PoseFilter {
 
  private:
   PoseFilterConfig config_;
-  /// Corrects the state by K innovation and P by K H P, from PH' and S (n x n) of the innovation; sets nis_.
-  template <int n>
-  Status correct(const Mat<12, n>& PH, Mat<n, n> S, Mat<n> innovation, double gate_chi2);
+  /// Corrects the state by K innovation and P by K H P, from PH' and S (Size x Size) of the innovation; sets nis_.
+  template <int Size>
+  Status correct(const Mat<12, Size>& PH, Mat<Size, Size> S, Mat<Size> innovation, double gate_chi2);
 
   RigidTargetMotion model_;
   MotionState state_;
