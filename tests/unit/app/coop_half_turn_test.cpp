@@ -1,11 +1,11 @@
 // Sixteen lights on a box that turns by half a turn before the camera: blurred by the motion, most of them hidden at any time,
 // among glints that come and go; the model says nothing of faces.
-#include <Eigen/Dense>
 #include <cmath>
 #include <memory>
 
 #include "fsw/app/coop_navigator.hpp"
 #include "platform/host/scripted_clock.hpp"
+#include "tests/support/dense.hpp"
 #include "tests/support/lamp_scene.hpp"
 #include "tests/unit/estimation/spot_simulation.hpp"
 
@@ -123,7 +123,7 @@ TEST_GROUP(CoopHalfTurn) {
       const Pose truth = scene.pose_at(time_s);
       Vec6 d;
       d << truth.t_CT - s.t_CT, log_so3(Mat3(truth.R_CT * s.R_CT.transpose()));
-      const double n = d.dot(s.pose_covariance.ldlt().solve(d));
+      const double n = test::mahalanobis_squared(d, s.pose_covariance);
       position2 += d.head<3>().squaredNorm() / truth.t_CT.squaredNorm();
       attitude2 += d.tail<3>().squaredNorm();
       nees += n;

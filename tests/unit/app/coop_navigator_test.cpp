@@ -2,7 +2,6 @@
 // nothing to see.
 #include "fsw/app/coop_navigator.hpp"
 
-#include <Eigen/Dense>
 #include <algorithm>
 #include <array>
 #include <cmath>

@@ -5,6 +5,7 @@
 #include <memory>
 #include <utility>
 
+#include "tests/support/dense.hpp"
 #include "tests/unit/estimation/pose_samples.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -50,7 +51,7 @@ CooperativeConfig config_of(CooperativeMethod method, MotorLines lines = MotorLi
 /// Distance of two poses in the sigmas of the estimate.
 double sigmas_between(const PoseEstimate& estimate, const Pose& pose) {
   const Vec6 d = test::pose_difference(estimate.pose, pose);
-  return std::sqrt(d.dot(estimate.covariance.ldlt().solve(d)));
+  return std::sqrt(test::mahalanobis_squared(d, estimate.covariance));
 }
 
 TEST_GROUP(CooperativeEstimator) {

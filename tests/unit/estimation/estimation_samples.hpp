@@ -1,6 +1,5 @@
 #pragma once
 // What the estimation tests share: a camera, random vectors and attitudes, dense copies of the filter's matrices.
-#include <Eigen/Dense>
 #include <cstdlib>
 #include <string>
 #include <vector>

@@ -1,5 +1,6 @@
 #include "fsw/estimation/inverse_depth.hpp"
 
+#include <Eigen/Geometry>
 #include <cmath>
 #include <limits>
 

@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/dense.hpp"
 #include "tests/unit/estimation/filter_run.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -96,9 +97,9 @@ Campaign run_campaign(double range_m, Settings settings) {
       e << run->simulation().t_CB() - state.t_CT, run->attitude_error(state);
       const Vec3 phi = e.tail<3>();
       const Vec3 rate = run->simulation().omega_C() - state.omega_C;
-      out.attitude.add(phi.dot(state.pose_covariance.block<3, 3>(3, 3).ldlt().solve(phi)), k);
-      out.pose.add(e.dot(state.pose_covariance.ldlt().solve(e)), k);
-      out.rate.add(rate.dot(state.rate_covariance.block<3, 3>(3, 3).ldlt().solve(rate)), k);
+      out.attitude.add(test::mahalanobis_squared(phi, state.pose_covariance.block<3, 3>(3, 3)), k);
+      out.pose.add(test::mahalanobis_squared(e, state.pose_covariance), k);
+      out.rate.add(test::mahalanobis_squared(rate, state.rate_covariance.block<3, 3>(3, 3)), k);
       run_deg2 += phi.squaredNorm() / (test::degree * test::degree);
     }
     sum_deg2 += run_deg2;

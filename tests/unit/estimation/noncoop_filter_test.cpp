@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "tests/support/dense.hpp"
 #include "tests/unit/estimation/filter_run.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -103,7 +104,7 @@ TEST(NoncoopFilters, both_charts_give_the_same_trajectory) {
     const RelativeState b = rodrigues.filter().output();
     Vec6 apart;
     apart << a.t_CT - b.t_CT, log_so3(a.R_CT * b.R_CT.transpose());
-    worst = std::max(worst, std::sqrt(apart.dot(a.pose_covariance.ldlt().solve(apart))));
+    worst = std::max(worst, std::sqrt(test::mahalanobis_squared(apart, a.pose_covariance)));
   }
   // Corrections are added in the chart: terms of second order differ, and with them, once in a while, a verdict on a match.
   std::printf("  charts apart by at most %.2f sigma\n", worst);
@@ -133,7 +134,7 @@ TEST(NoncoopFilters, a_target_turned_beyond_180_degrees_is_not_lost_when_the_cha
       if (k >= 60) worst = std::max(worst, error.norm());
       least_inliers = std::min(least_inliers, run.last().inliers);
       CHECK(run.last().status == Status::ok);
-      CHECK(Eigen::SelfAdjointEigenSolver<Mat6>(out.pose_covariance).eigenvalues().minCoeff() > 0.0);
+      CHECK(test::eigenvalues_of(out.pose_covariance).minCoeff() > 0.0);
     }
     std::printf(
         "  chart %d: %d switches, at most %.2f deg off (last %.2f), %.3f deg in a switch's frame, at least %d "

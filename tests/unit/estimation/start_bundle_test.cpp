@@ -4,6 +4,7 @@
 #include <limits>
 #include <memory>
 
+#include "tests/support/dense.hpp"
 #include "tests/support/numeric_jacobian.hpp"
 #include "tests/unit/estimation/estimation_samples.hpp"
 
@@ -115,7 +116,7 @@ TEST(StartBundles, solution_is_that_of_the_whole_system) {
       b.segment(12 + 3 * i, 3) = normal->g[j];
     }
     A.diagonal() *= 1.0 + damping;
-    const Eigen::VectorXd x = A.ldlt().solve(b);
+    const Eigen::VectorXd x = test::solve_symmetric(A, b);
     StartBundle::Theta d_theta;
     auto d_p = std::make_unique<StartBundle::Points>();
     CHECK(bundle.solve(*normal, damping, d_theta, *d_p));

@@ -1,13 +1,13 @@
 // NormalEquations against Eigen's decompositions.
 #include "fsw/math/normal_equations.hpp"
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <cstdio>
 #include <limits>
 
 #include "fsw/base/generator.hpp"
 #include "fsw/math/fixed.hpp"
+#include "tests/support/dense.hpp"
 
 #include <CppUTest/TestHarness.h>
 
@@ -74,11 +74,10 @@ Errors largest_errors(double spread, double dependence, double damping) {
     // Error bounds of the factorisation go with the condition of the matrix scaled to unit diagonal (van der Sluis).
     const Eigen::Matrix<double, N, 1> scale = A.diagonal().cwiseSqrt().cwiseInverse();
     const Eigen::Matrix<double, N, N> scaled = scale.asDiagonal() * A * scale.asDiagonal();
-    const Eigen::SelfAdjointEigenSolver<Eigen::Matrix<double, N, N>> eigen(scaled);
-    const double condition = eigen.eigenvalues()(N - 1) / eigen.eigenvalues()(0);
-    const Eigen::LDLT<Eigen::Matrix<double, N, N>> ldlt(scaled);
-    const Eigen::Matrix<double, N, 1> z = ldlt.solve(Eigen::Matrix<double, N, 1>(scale.cwiseProduct(b)));
-    const Eigen::Matrix<double, N, N> Q = ldlt.solve(Eigen::Matrix<double, N, N>::Identity());
+    const Eigen::VectorXd eigenvalues = test::eigenvalues_of(scaled);
+    const double condition = eigenvalues(N - 1) / eigenvalues(0);
+    const Eigen::Matrix<double, N, 1> z = test::solve_symmetric(scaled, scale.cwiseProduct(b));
+    const Eigen::Matrix<double, N, N> Q = test::solve_symmetric(scaled, Eigen::MatrixXd::Identity(N, N));
 
     double d_error = 0.0;
     double P_error = 0.0;
@@ -89,7 +88,7 @@ Errors largest_errors(double spread, double dependence, double damping) {
         CHECK(P(r, c) == P(c, r));
       }
     }
-    const double z_size = z.norm() + ldlt.solve(Eigen::Matrix<double, N, 1>::Ones().eval()).norm() / condition;
+    const double z_size = z.norm() + test::solve_symmetric(scaled, Eigen::VectorXd::Ones(N)).norm() / condition;
     out.solution = std::max(out.solution, d_error / z_size / condition);
     out.inverse = std::max(out.inverse, P_error / Q.norm() / condition);
     const double expected_gain = z.dot(scale.cwiseProduct(b));

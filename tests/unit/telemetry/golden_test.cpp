@@ -25,8 +25,7 @@ struct Golden {
 };
 
 Golden load(const std::string& name) {
-  const std::string here = __FILE__;
-  std::ifstream file(here.substr(0, here.rfind('/')) + "/golden/" + name + ".txt");
+  std::ifstream file(std::string(RELNAV_SOURCE_DIR) + "/tests/unit/telemetry/golden/" + name + ".txt");
   CHECK_TRUE(file.is_open());
   Golden golden;
   std::string line;

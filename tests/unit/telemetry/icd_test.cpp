@@ -14,8 +14,7 @@ constexpr const char* begin_marker = "<!-- tables: made from fsw/telemetry, begi
 constexpr const char* end_marker = "<!-- tables: end -->\n";
 
 std::string document_path() {
-  const std::string here = __FILE__;
-  return here.substr(0, here.rfind("/tests/unit/")) + "/docs/telemetry-icd.md";
+  return std::string(RELNAV_SOURCE_DIR) + "/docs/telemetry-icd.md";
 }
 
 }  // namespace
