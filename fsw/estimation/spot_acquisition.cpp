@@ -173,7 +173,6 @@ Status SpotAcquisition::acquire(const CameraRig& rig, const TargetModel& target,
     most = std::max(most, fields_[c].count());
   }
   if (total < 4 || most < 3) return Status::too_few_features;
-  constexpr double pi = 3.14159265358979323846;
   const double least_trace = prior.cone_rad < pi ? 1.0 + 2.0 * math::cos(prior.cone_rad) : -2.0;
   const SpotScene scene{rig, target, spots, fields_, settings, prior, least_trace};
 

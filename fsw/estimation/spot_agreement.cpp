@@ -15,7 +15,6 @@ constexpr std::size_t least_spots = 4;
 constexpr double grazing = 0.05;          // cosine under which a face counts as turned away
 constexpr double expected_cosine = 0.25;  // from which on its marker should be seen
 constexpr double border_px = 3.0;         // a marker nearer to the edge than this need not be seen
-constexpr double pi = 3.14159265358979323846;
 /// The fit draws the spots to itself, and a pose from three of them spreads its error: the area in which a spot would have
 /// been taken for the marker is larger than that of its residual.
 constexpr double reach = 4.0;

@@ -14,4 +14,6 @@ using Mat3 = Mat<3, 3>;
 using Mat6 = Mat<6, 6>;
 using Mat23 = Mat<2, 3>;
 
+constexpr double pi = 3.14159265358979323846;
+
 }  // namespace relnav

@@ -219,7 +219,6 @@ Status search(const WarpedPatch& patch, const ImageView& image, const Vec2& uv_p
   region.i11 = s00 / determinant;
   region.gate = options.chi_square;
 
-  constexpr double pi = 3.14159265358979323846;
   result.on_lattice = pi * options.chi_square * std::sqrt(determinant) > static_cast<double>(options.full_scan_limit);
   Scan scan(patch, image, region, scratch, result);
   if (result.on_lattice) {

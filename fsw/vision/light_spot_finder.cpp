@@ -26,7 +26,7 @@ Status fit_candidate(const GreyImageView<Pixel>& image, const SpotSettings& sett
   // A round spot on one end of a path fits well what it sees and does not weigh down.
   const auto unexplained = [&](const SpotFit& f) {
     const double r = f.half_width_px + 0.5 * settings.psf_sigma_px;
-    const double area = r * (3.14159265358979 * r + 4.0 * f.half_length_px);
+    const double area = r * (pi * r + 4.0 * f.half_length_px);
     const double share = std::min(1.0, area / candidate.area_px);
     return f.misfit / std::max(f.support * f.support * share * share, 0.01);
   };

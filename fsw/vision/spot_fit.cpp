@@ -27,7 +27,6 @@ constexpr double least_scale = 9.0;
 constexpr std::array<double, 4> first_scales{320.0, 80.0, 40.0, 20.0};
 constexpr double path_error_px = 1.0;  // of the seed's half length
 constexpr double least_path_px = 0.2;  // half length
-constexpr double pi = 3.14159265358979;
 constexpr double converged_px = 1e-3;
 constexpr std::size_t parameters = SpotNormal::parameters;
 using Vector = SpotNormal::Vector;

@@ -56,7 +56,7 @@ Shape shape_of(double area, double uu, double uv, double vv) {
   constexpr double softening = 0.25;
   Shape shape;
   shape.elongation = std::sqrt((mean + root + softening) / (std::max(mean - root, 0.0) + softening));
-  shape.fill = area / (4.0 * 3.14159265358979 * std::sqrt(determinant));
+  shape.fill = area / (4.0 * pi * std::sqrt(determinant));
   if (root > 0.0) {
     // A uniform path of half length L adds L^2 / 3 to the variance along it.
     const Vec2 axis = uu >= vv ? Vec2(half + root, uv) : Vec2(uv, root - half);
