@@ -19,7 +19,6 @@ using relnav::test::Scratch;
 
 namespace {
 
-constexpr double pi = 3.14159265358979323846;
 
 double angle_deg(const TimedPose& pose) { return rotation_vector(pose.R_CT).norm() * degrees_per_radian; }
 
