@@ -60,7 +60,6 @@ class CameraFeed {
   [[nodiscard]] bool is_lost() const { return is_lost_; }
   /// Waited in vain since the last frame or start, by the length of the waits asked for.
   [[nodiscard]] Duration silence() const { return silence_; }
-  [[nodiscard]] Time latest() const { return checks_.latest(); }
   [[nodiscard]] const FeedOutcome& outcome() const { return outcome_; }
   [[nodiscard]] const Counts& counts() const { return counts_; }
   /// Time that the latest fetch() spent in the camera. For people.

@@ -23,7 +23,7 @@ Status CoopNavigatorConfig::check() const {
   const bool parts = spots.check() == Status::ok && search.check() == Status::ok && tracking.check() == Status::ok &&
                      filter.check() == Status::ok;
   const std::size_t markers = target.features.size();
-  const bool own = markers >= 4 && markers <= max_search_markers && sensor_bits >= 8 && sensor_bits <= 16 &&
+  const bool own = markers >= least_markers && markers <= most_markers && sensor_bits >= 8 && sensor_bits <= 16 &&
                    min_observations >= 4 && phi_CT_expected.allFinite() && expected_cone_rad >= 0.0;
   return parts && own ? Status::ok : Status::invalid_argument;
 }

@@ -59,8 +59,6 @@ class FrameChecks {
   /// Lets a new time base in: the next frame only has to be later than the one received before it.
   void accept_new_time_base() { new_time_base_ = true; }
   [[nodiscard]] FrameCheck check(const hal::Frame& frame, Time now, hal::ClockId now_clock);
-  /// Stamp of the latest frame in order; 0 before the first.
-  [[nodiscard]] Time latest() const { return latest_; }
 
  private:
   static constexpr std::size_t periods_kept = 9;

@@ -54,6 +54,7 @@ FrameEpoch FrameIntake::gather() {
   for (CameraFeed& feed : feeds_) feed.begin_step();
   if (settings_.cameras == 1) {
     fetch(0, settings_.wait, {}, epoch);
+    epoch.restart = feeds_[0].outcome().check.restart;
   } else {
     fetch_pair(epoch);
   }
@@ -72,8 +73,6 @@ void FrameIntake::fetch(std::size_t camera, Duration wait, Duration already_wait
   for (int k = 0; k < most_late; ++k) {
     feed.fetch(wait, already_waited);
     epoch.acquire_time.ns += feed.fetch_time().ns;
-    const FeedOutcome& outcome = feed.outcome();
-    if (outcome.received && outcome.check.restart && !has_others_since(camera)) epoch.restart = true;
     if (!feed.has_frame() || !is_late(feed.frame())) return;
     if (feed.give_back() != Status::ok) return;
     already_waited = {};
@@ -92,14 +91,6 @@ void FrameIntake::fetch_pair(FrameEpoch& epoch) {
   fetch(other, {}, settings_.wait, epoch);
   // The mate of a frame that came during the wait may just be on its way.
   if (feeds_[other].has_frame() && !feeds_[one].is_lost()) fetch(one, settings_.wait, {}, epoch);
-}
-
-bool FrameIntake::has_others_since(std::size_t camera) const {
-  const Time time = feeds_[camera].latest();
-  for (std::size_t c = 0; c < settings_.cameras; ++c) {
-    if (c != camera && time - feeds_[c].latest() <= settings_.restart_gap) return true;
-  }
-  return false;
 }
 
 void FrameIntake::choose(FrameEpoch& epoch) {
@@ -129,6 +120,8 @@ void FrameIntake::choose(FrameEpoch& epoch) {
     epoch.stamp = {frame.mid_exposure, frame.sequence};
   }
   epoch.status = epoch.reason = Status::ok;
+  // A gap that the other camera has bridged is none.
+  if (settings_.cameras > 1) epoch.restart = has_epoch_ && epoch.stamp.time - epoch_time_ > settings_.restart_gap;
   has_epoch_ = true;
   epoch_time_ = epoch.stamp.time;
 }

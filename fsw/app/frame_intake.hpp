@@ -76,7 +76,6 @@ class FrameIntake {
   void fetch_pair(FrameEpoch& epoch);
   /// Its time, or a later one, has been dealt with.
   [[nodiscard]] bool is_late(const hal::Frame& frame) const { return has_epoch_ && frame.mid_exposure <= epoch_time_; }
-  [[nodiscard]] bool has_others_since(std::size_t camera) const;
   void choose(FrameEpoch& epoch);
   void keep_waiting(std::size_t camera, Duration ahead);
   void look_for_mate(FrameEpoch& epoch);

@@ -49,7 +49,7 @@ TEST(FlightConfigFile, MessagesNameFileLineAndExpectation) {
   CHECK_MESSAGE_HOLDS(failure("filters:\n  gate: 3\n"),
                       "c.yaml:1: unknown section 'filters' (expected one of cooperative, filter, front_end, loop)");
   CHECK_MESSAGE_HOLDS(failure("filter:\n  gate_chi2: .nan\n"),
-                      "c.yaml:2: filter.gate_chi2 is '.nan' (expected a finite number)");
+                      "c.yaml:2: filter.gate_chi2 is '.nan' (expected a positive number)");
   CHECK_MESSAGE_HOLDS(failure("filter:\n  gate_chi2: nan\n"), "expected a finite number");
   CHECK_MESSAGE_HOLDS(failure("loop:\n\n  min_inliers: 70000\n"),
                       "c.yaml:3: loop.min_inliers is '70000' (expected a whole number from 0 to 65535)");
