@@ -130,11 +130,18 @@ TEST(FlightLoop, StopReturnsToStandby) {
 TEST(FlightLoop, LosesATargetThatIsNoLongerSeenAndFindsIt) {
   reach_track();
   const auto seen = next;
+  int predicted = 0;
   for (std::uint32_t i = 0; i < 10; ++i) {
     CHECK_TRUE(bench.loop.mode() == Mode::track);
     const auto n = next++;
-    CHECK_TRUE(bench.feed(pictures.other[i], n * period_ns, n).inliers < 4);
+    const std::uint16_t inliers = bench.feed(pictures.other[i], n * period_ns, n).inliers;
+    CHECK_TRUE(inliers < 4);
+    if (bench.loop.mode() == Mode::lost) break;
+    const auto flags = bench.packets<telemetry::RelStatePacket>().back().valid_flags;
+    CHECK_EQUAL(inliers == 0, (flags & telemetry::valid::predicted) != 0);
+    if (inliers == 0) ++predicted;
   }
+  CHECK_TRUE(predicted > 0);
   CHECK_TRUE(bench.loop.mode() == Mode::lost);
   LONGS_EQUAL(1, bench.loop.report().reset_counter);
   LONGS_EQUAL(1, bench.events(EventId::track_lost).size());
