@@ -238,13 +238,14 @@ TEST(StereoLoop, a_frozen_dark_or_wrong_image_is_not_used) {
     push_image(bad, dark, 4);
     check_lone(1 - bad, 4);
     LONGS_EQUAL(1, bench->events(EventId::image_without_contrast).size());
+    const std::int64_t late_ns = 200'000;  // its event is about this frame, not about the other's
     CHECK(camera(bad).push_frame(images[bad][5].pixels(), 2 * test::spot_width_px, test::spot_height_px / 2,
-                                 Time{stamp_ns(5)}, sequence[bad]++) == Status::ok);
+                                 Time{stamp_ns(5) + late_ns}, sequence[bad]++) == Status::ok);
     check_lone(1 - bad, 5);
     const auto wrong = bench->events(EventId::frame_refused_size);
     LONGS_EQUAL(1, wrong.size());
     LONGS_EQUAL(test::spot_width_px, wrong[0].args[2]);
-    CHECK(wrong[0].time_ns == static_cast<std::uint64_t>(stamp_ns(5)));
+    CHECK(wrong[0].time_ns == static_cast<std::uint64_t>(stamp_ns(5) + late_ns));
     LONGS_EQUAL(sequence[bad] - 1, wrong[0].frame_sequence);
     check_pair(6);
     CHECK(bench->events(EventId::pair_incomplete).empty());  // these have events of their own
