@@ -45,6 +45,7 @@ Status FrameIntake::stop() {
     if (answer == Status::ok) answer = stopped;
   }
   in_epoch_ = {};
+  passed_by_ = {};
   return answer;
 }
 

@@ -59,7 +59,7 @@ class FrameIntake {
   /// All cameras, whatever they say; the first answer that is not ok.
   Status stop();
 
-  /// Waits at most twice the wait set. Images stay leased until give_back().
+  /// Waits at most twice the wait set, and once more for each late frame. Images stay leased until give_back().
   [[nodiscard]] FrameEpoch gather();
   /// Of one camera's image in the epoch gathered last; does nothing if it gave none. Not ok: that camera is lost.
   Status give_back(std::size_t camera);
