@@ -22,8 +22,9 @@ constexpr double image_border_px = 2.0;
 Status CoopNavigatorConfig::check() const {
   const bool parts = spots.check() == Status::ok && search.check() == Status::ok && tracking.check() == Status::ok &&
                      filter.check() == Status::ok;
-  const bool own = sensor_bits >= 8 && sensor_bits <= 16 && min_observations >= 4 && phi_CT_expected.allFinite() &&
-                   expected_cone_rad >= 0.0;
+  const std::size_t markers = target.features.size();
+  const bool own = markers >= least_markers && markers <= most_markers && sensor_bits >= 8 && sensor_bits <= 16 &&
+                   min_observations >= 4 && phi_CT_expected.allFinite() && expected_cone_rad >= 0.0;
   return parts && own ? Status::ok : Status::invalid_argument;
 }
 
@@ -97,7 +98,10 @@ Status CoopNavigator::acquire(std::span<const CameraImage> images, Time time, St
     status = acquisition_.acquire(rig, config_.target, spots_, config_.search, expected, acquired_);
   }
   report.times.match_ns += timer.lap();
-  report.matched = static_cast<std::uint16_t>(spots_[0].size());
+  report.matched = 0;
+  for (std::size_t c = 0; c < images.size(); ++c) {
+    report.matched = static_cast<std::uint16_t>(report.matched + spots_[c].size());
+  }
   if (status == Status::no_data) return Status::too_few_features;  // of the spots, none make up the target
   if (status != Status::ok) return status;
   if (acquired_.ambiguous) return Status::ambiguous;
@@ -230,7 +234,7 @@ void CoopNavigator::report_markers(StepReport& report) const {
   observed.fill(config::max_observations);
   for (std::size_t i = 0; i < assignment_.marker.size(); ++i) observed[assignment_.marker[i]] = i;
   for (std::size_t k = 0; k < markers_.size(); ++k) {
-    if (markers_[k].camera != 0) continue;  // FEATURES packets are about the first camera's image
+    if (markers_[k].camera != report.camera) continue;  // FEATURES packets are about one image
     FeatureReport f;
     f.index = markers_[k].feature;
     f.predicted_px = markers_[k].uv_px;

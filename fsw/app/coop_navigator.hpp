@@ -13,6 +13,9 @@
 namespace relnav::app {
 
 struct CoopNavigatorConfig {
+  static constexpr std::size_t least_markers = 4;  ///< fewer make up no pose that chance does not
+  static constexpr std::size_t most_markers = max_search_markers;
+
   TargetModel target;
   vision::SpotSettings spots;  ///< in the levels of an 8-bit image
   SpotSearchSettings search;
@@ -26,7 +29,7 @@ struct CoopNavigatorConfig {
   std::uint16_t min_observations = 4;   ///< of a frame that gives a pose of its own
   std::uint8_t sensor_bits = 16;        ///< that a 16-bit image uses, 8 to 16: full scale is 2^bits - 1
 
-  /// invalid_argument: a setting is outside of its domain.
+  /// invalid_argument: a setting is outside of its domain, too few markers or too many.
   [[nodiscard]] Status check() const;
   /// `spots` in the levels of a 16-bit image.
   [[nodiscard]] vision::SpotSettings deep_spots() const;

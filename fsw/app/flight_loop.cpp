@@ -2,8 +2,8 @@
 
 #include <algorithm>
 #include <cmath>
-#include <limits>
 
+#include "fsw/app/saturating.hpp"
 #include "fsw/base/crc16.hpp"
 #include "fsw/telemetry/byte_stream.hpp"
 
@@ -12,29 +12,8 @@ namespace {
 
 using telemetry::EventId;
 
-constexpr std::size_t first_camera = 0;
-constexpr std::size_t second_camera = 1;
 /// Whole seconds that a packet's time field can count.
 constexpr std::int64_t most_seconds_ns = 4'294'967'295'999'999'999;
-
-template <typename Count>
-void increment(Count& count) {
-  if (count < std::numeric_limits<Count>::max()) ++count;
-}
-
-EventId event_of(FrameFault fault) {
-  switch (fault) {
-    case FrameFault::size: return EventId::frame_refused_size;
-    case FrameFault::format: return EventId::frame_refused_format;
-    case FrameFault::age: return EventId::frame_refused_age;
-    case FrameFault::no_contrast: return EventId::image_without_contrast;
-    case FrameFault::frozen: return EventId::image_frozen;
-    case FrameFault::none:
-    case FrameFault::time_range:
-    case FrameFault::time_order: break;
-  }
-  return EventId::frame_refused_out_of_order;
-}
 
 /// Test ratio as an event's argument: thousandths, bounded.
 std::int64_t in_thousandths(double ratio) {
@@ -77,13 +56,13 @@ bool is_prediction_valid(Status update) {
 
 FlightLoop::FlightLoop(hal::Camera& camera, hal::Clock& clock, hal::PacketLink& link, hal::Watchdog& watchdog,
                        hal::Camera* second)
-    : camera_(camera),
-      clock_(clock),
+    : clock_(clock),
       watchdog_(watchdog),
       navigators_(std::in_place_type<NoncoopNavigator>, clock),
       navigator_(std::get_if<NoncoopNavigator>(&navigators_)),
-      mate_(second),
-      telemetry_(link) {}
+      intake_(camera, second, clock),
+      telemetry_(link),
+      events_(telemetry_) {}
 
 // ---- configuration and start ----
 
@@ -91,7 +70,7 @@ ConfigItem FlightLoop::validate(const FlightLoopConfig& config, CameraRig& rig) 
   if (!add_camera(config.camera, Mat3::Identity(), Vec3::Zero(), rig)) return ConfigItem::camera;
   if (config.navigation == NavigationKind::coop_stereo) {
     const SecondCamera& second = config.second;
-    if (!mate_.exists() || !(second.pair_tolerance.ns >= 0) ||
+    if (!intake_.has(1) || !(second.pair_tolerance.ns >= 0) ||
         !add_camera(second.intrinsics, second.R_C1C0, second.t_C1C0, rig)) {
       return ConfigItem::camera;
     }
@@ -116,7 +95,7 @@ Status FlightLoop::configure(const FlightLoopConfig& config) {
   ConfigItem refused = validate(config, rig);
   if (refused == ConfigItem::none && configure_navigator(config, rig) != Status::ok) refused = ConfigItem::navigator;
   if (refused != ConfigItem::none) {
-    event(EventId::configuration_refused, Status::invalid_argument, {static_cast<std::int64_t>(refused)});
+    events_.report(EventId::configuration_refused, Status::invalid_argument, {static_cast<std::int64_t>(refused)});
     return Status::invalid_argument;
   }
   const Status status = telemetry_.configure(config.packets, config.event_spacing_frames);
@@ -124,23 +103,19 @@ Status FlightLoop::configure(const FlightLoopConfig& config) {
   config_ = config;
   config_.frames.latest_time_ns =
       std::min(config.frames.latest_time_ns, most_seconds_ns - config.packets.epoch_offset_ns);
-  const int sensor_bits = config.navigation == NavigationKind::noncoop ? 8 : config.coop.sensor_bits;
-  cameras_ = {};
-  for (std::size_t c = 0; c < rig.size(); ++c) {
-    const CameraIntrinsics& k = rig[c].model.intrinsics();
-    cameras_[c].checks.configure(config_.frames, static_cast<std::uint32_t>(k.width_px),
-                                 static_cast<std::uint32_t>(k.height_px), sensor_bits);
-  }
+  configure_intake(rig);
   watch_.configure(config.filter);
   watch_.restart();
   report_ = StepReport();
   counts_ = Counts();
-  stamp_ = event_stamp_ = FrameStamp();
+  events_.configure(config);
+  stamp_ = FrameStamp();
   has_estimate_ = false;
   without_update_ = 0;
+  silence_ = {};
   reported_drops_ = 0;
   configured_ = true;
-  event(EventId::configuration_accepted, Status::ok, {crc_of(config)});
+  events_.report(EventId::configuration_accepted, Status::ok, {crc_of(config)});
   return Status::ok;
 }
 
@@ -160,19 +135,28 @@ Status FlightLoop::configure_navigator(const FlightLoopConfig& config, const Cam
   return std::get_if<CoopNavigator>(&navigators_)->configure(config.coop, rig);
 }
 
+void FlightLoop::configure_intake(const CameraRig& rig) {
+  intake_.configure({rig.size(), config_.acquire_wait, config_.second.pair_tolerance, config_.frames.restart_gap});
+  const int sensor_bits = config_.navigation == NavigationKind::noncoop ? 8 : config_.coop.sensor_bits;
+  for (std::size_t c = 0; c < rig.size(); ++c) {
+    const CameraIntrinsics& k = rig[c].model.intrinsics();
+    intake_.feed(c).configure(config_.frames, config_.camera_silence, static_cast<std::uint32_t>(k.width_px),
+                              static_cast<std::uint32_t>(k.height_px), sensor_bits);
+  }
+}
+
 Status FlightLoop::start() {
   if (!configured_) return Status::not_configured;
   if (report_.mode != Mode::standby) return Status::invalid_argument;
-  const bool stereo = config_.navigation == NavigationKind::coop_stereo;
-  for (std::size_t c = 0; c < (stereo ? 2U : 1U); ++c) {
-    const Status status = start_camera(c);
-    if (status == Status::ok) continue;
-    event(EventId::camera_lost, status, {static_cast<std::int64_t>(c)});
-    if (c == second_camera) static_cast<void>(stop_camera(first_camera));  // the start has failed whatever it says
+  std::size_t camera = 0;
+  const Status status = intake_.start(camera);
+  if (status != Status::ok) {
+    events_.camera_lost(camera, status);
     return status;
   }
+  silence_ = {};
   without_update_ = 0;
-  accept_new_time_base();
+  intake_.accept_new_time_base();
   change_mode(Mode::acquire, Status::ok);
   return Status::ok;
 }
@@ -183,10 +167,7 @@ Status FlightLoop::stop() {
   watch_.restart();
   has_estimate_ = false;
   change_mode(Mode::standby, Status::ok);
-  const bool stereo = config_.navigation == NavigationKind::coop_stereo;
-  const Status mate_stopped = stereo ? stop_camera(second_camera) : Status::ok;
-  const Status stopped = stop_camera(first_camera);
-  return stopped != Status::ok ? stopped : mate_stopped;
+  return intake_.stop();
 }
 
 // ---- one step ----
@@ -213,160 +194,89 @@ void FlightLoop::begin_report() {
   report_.test_ratio = 0.0;
   report_.feature_reports.clear();
   report_.times = StageTimes();
+  report_.predicted = false;
   frame_processed_ = health_due_ = false;
-  event_stamp_ = stamp_;
+  events_.begin_step(stamp_);
 }
 
 Status FlightLoop::take_frame() {
-  if (!is_there(first_camera)) {
-    count_frame_without_update(Status::device_lost);
-    return Status::device_lost;
-  }
-  const Time begin = clock_.now();
-  hal::Frame frame;
-  const Status acquired = camera_.acquire(config_.acquire_wait, frame);
-  report_.times.acquire_ns = (clock_.now() - begin).ns;
-  if (acquired != Status::ok) return without_frame(acquired);
-  cameras_[first_camera].silence_ns = 0;
-  const Status used = use_frame(frame);
-  const Status released = camera_.release(frame);
-  // A lease that cannot be given back would starve the camera: it is started anew.
-  if (released != Status::ok) lose_camera(first_camera, released);
-  return used;
-}
-
-Status FlightLoop::without_frame(Status reason) {
-  switch (reason) {
-    case Status::no_data: return reason;
-    case Status::timeout:
-      cameras_[first_camera].silence_ns += config_.acquire_wait.ns;
-      if (cameras_[first_camera].silence_ns < config_.camera_silence.ns) return reason;
-      health_due_ = true;
-      lose_camera(first_camera, reason);
-      if (report_.mode == Mode::track || report_.mode == Mode::acquire) give_up_estimate(reason);
-      return Status::device_lost;
-    case Status::device_lost:
-    case Status::not_configured:
-    case Status::no_capacity:
-      lose_camera(first_camera, reason);
-      count_frame_without_update(reason);
-      return Status::device_lost;
-    default:
-      increment(counts_.incomplete);
-      count_frame_without_update(reason);
-      event(EventId::frame_incomplete, reason, {counts_.incomplete});
-      return Status::incomplete;
-  }
-}
-
-Status FlightLoop::use_frame(const hal::Frame& frame) {
-  const FrameCheck check = cameras_[first_camera].checks.check(frame, clock_.now(), clock_.id());
-  if (check.fault != FrameFault::time_range) event_stamp_ = {frame.mid_exposure, frame.sequence};
-  if (check.gap) report_gap(frame, check);
-  if (check.restart && (navigator_->has_started() || report_.mode == Mode::track)) give_up_estimate(Status::timeout);
-  if (check.fault != FrameFault::none) {
-    increment(counts_.refused);
-    report_refusal(frame, check, config_.camera);
-    count_frame_without_update(status_of(check.fault));
-    return status_of(check.fault);
-  }
-  return use_pair(frame);
-}
-
-Status FlightLoop::use_pair(const hal::Frame& frame) {
-  std::array<CameraImage, config::max_cameras> images{image_of(frame)};
-  if (config_.navigation != NavigationKind::coop_stereo) return navigate(frame, {images.data(), 1});
-  hal::Frame second;
-  const bool paired = find_mate(frame, second);
-  if (paired) images[second_camera] = image_of(second);
-  const Status used = navigate(frame, images);
-  if (paired) {
-    const Status released = mate_.release(second);
-    if (released != Status::ok) lose_camera(second_camera, released);
+  const FrameEpoch epoch = intake_.gather();
+  report_.times.acquire_ns = epoch.acquire_time.ns;
+  for (std::size_t c = 0; c < intake_.cameras(); ++c) events_.arrival(c, intake_.feed(c).outcome());
+  if (epoch.restart && (navigator_->has_started() || report_.mode == Mode::track)) give_up_estimate(Status::timeout);
+  for (std::size_t c = 0; c < intake_.cameras(); ++c) events_.fault(c, intake_.feed(c).outcome());
+  const Status used = epoch.status == Status::ok ? navigate(epoch) : without_frame(epoch);
+  for (std::size_t c = 0; c < intake_.cameras(); ++c) {
+    const Status released = intake_.give_back(c);
+    if (released != Status::ok) events_.camera_lost(c, released);
   }
   return used;
 }
 
-bool FlightLoop::find_mate(const hal::Frame& frame, hal::Frame& second) {
-  if (!is_there(second_camera)) return false;
-  CameraState& state = cameras_[second_camera];
-  const Status found = mate_.acquire(frame.mid_exposure, config_.second.pair_tolerance, config_.acquire_wait, second);
-  if (found != Status::ok) {
-    without_mate(found);
-    return false;
+Status FlightLoop::without_frame(const FrameEpoch& epoch) {
+  if (epoch.waited.ns > 0) {
+    silence_.ns += epoch.waited.ns;
+    if (silence_ < config_.camera_silence) return epoch.status;
+    silence_ = {};
+    health_due_ = true;
+    if (report_.mode == Mode::track || report_.mode == Mode::acquire) give_up_estimate(Status::timeout);
+    return epoch.status;
   }
-  state.silence_ns = 0;
-  const FrameCheck check = state.checks.check(second, clock_.now(), clock_.id());
-  if (check.gap) report_gap(second, check);
-  if (check.fault == FrameFault::none) return true;
-  increment(counts_.refused);
-  report_refusal(second, check, config_.second.intrinsics);
-  const Status released = mate_.release(second);
-  if (released != Status::ok) lose_camera(second_camera, released);
-  return false;
-}
-
-void FlightLoop::without_mate(Status reason) {
-  CameraState& state = cameras_[second_camera];
-  switch (reason) {
-    case Status::device_lost:
-    case Status::not_configured:
-    case Status::no_capacity: lose_camera(second_camera, reason); return;
-    case Status::timeout:
-      // A frame of a later time waits: this one's was missed.
-      state.silence_ns = mate_.is_waiting() ? 0 : state.silence_ns + config_.acquire_wait.ns;
-      if (state.silence_ns >= config_.camera_silence.ns) {
-        lose_camera(second_camera, reason);
-        return;
-      }
-      break;
-    default: break;
-  }
-  increment(counts_.incomplete);
-  event(EventId::frame_incomplete, reason, {counts_.incomplete});
+  const bool lost = epoch.status == Status::device_lost;
+  if (!epoch.damaged && !epoch.refused && !lost) return epoch.status;
+  if (!epoch.damaged) silence_ = {};
+  count_frame_without_update(epoch.reason);
+  if (epoch.damaged) events_.report(EventId::frame_incomplete, epoch.reason, {intake_.incomplete()});
+  return epoch.status;
 }
 
 /// What kept the navigator from starting, as an event.
 Status FlightLoop::judge_start(Status status) {
   if (status == Status::too_few_features) {
     const bool coop = config_.navigation != NavigationKind::noncoop;
-    event(EventId::too_few_features, status,
-          {report_.matched, coop ? config_.coop.min_observations : config_.navigator.min_start_features});
+    events_.report(EventId::too_few_features, status,
+                   {report_.matched, coop ? config_.coop.min_observations : config_.navigator.min_start_features});
   } else if (status == Status::ambiguous) {
-    event(EventId::pose_ambiguous, status, {report_.matched});
+    events_.report(EventId::pose_ambiguous, status, {report_.matched});
   } else {
-    event(EventId::numerical_fault, status);
+    events_.report(EventId::numerical_fault, status);
   }
   count_frame_without_update(status);
   return status;
 }
 
-Status FlightLoop::navigate(const hal::Frame& frame, std::span<const CameraImage> images) {
-  stamp_ = {frame.mid_exposure, frame.sequence};
+Status FlightLoop::navigate(const FrameEpoch& epoch) {
+  silence_ = {};
+  stamp_ = epoch.stamp;
+  events_.concern(stamp_);
+  if (epoch.missing != FrameEpoch::no_camera) events_.missing_mate(epoch, intake_.incomplete());
+  report_.camera = static_cast<std::uint8_t>(epoch.camera);
   frame_processed_ = true;
   increment(counts_.processed);
   const bool was_started = navigator_->has_started();
-  const Status status = navigator_->process(images, frame.mid_exposure, report_);
-  if (report_.dropped > 0) event(EventId::spots_dropped, Status::no_capacity, {report_.dropped});
+  const Status status = navigator_->process({epoch.images.data(), intake_.cameras()}, stamp_.time, report_);
+  if (report_.dropped > 0) events_.report(EventId::spots_dropped, Status::no_capacity, {report_.dropped});
   if (!navigator_->has_started()) return judge_start(status);
   if (!was_started && report_.mode == Mode::lost) change_mode(Mode::acquire, Status::ok);
   if (!is_prediction_valid(status)) {
-    event(EventId::numerical_fault, status);
+    events_.report(EventId::numerical_fault, status);
     count_frame_without_update(status);
     return status;
   }
   if (status != Status::ok) {
     increment(counts_.refused_updates);
-    event(EventId::update_refused, status, {in_thousandths(report_.test_ratio), report_.matched, report_.inliers});
+    events_.report(EventId::update_refused, status,
+                   {in_thousandths(report_.test_ratio), report_.matched, report_.inliers});
   }
   const bool starting = navigator_->is_starting();
   const Status verdict = watch_.judge(navigator_->check(), report_.state, {status, report_.test_ratio, starting});
   if (verdict != Status::ok) {
-    event(EventId::numerical_fault, verdict);
+    events_.report(EventId::numerical_fault, verdict);
     give_up_estimate(verdict);
     return verdict;
   }
   has_estimate_ = true;
+  report_.predicted = was_started && (status != Status::ok || report_.inliers == 0);
   if (!was_started) {
     without_update_ = 0;
     return Status::ok;
@@ -378,68 +288,9 @@ Status FlightLoop::navigate(const hal::Frame& frame, std::span<const CameraImage
   without_update_ = 0;
   if (report_.mode == Mode::acquire && !starting) {
     change_mode(Mode::track, Status::ok);
-    event(EventId::track_acquired, Status::ok, {report_.features});
+    events_.report(EventId::track_acquired, Status::ok, {report_.features});
   }
   return Status::ok;
-}
-
-void FlightLoop::report_gap(const hal::Frame& frame, const FrameCheck& check) {
-  const std::uint32_t room = 0xFFFFFFFFU - counts_.lost;
-  counts_.lost += std::min(room, check.missing_by_sequence);
-  event(EventId::frame_gap, Status::ok, {frame.sequence, check.previous_sequence, check.missing_frames});
-}
-
-void FlightLoop::report_refusal(const hal::Frame& frame, const FrameCheck& check, const CameraIntrinsics& expected) {
-  EventArgs args{};
-  switch (check.fault) {
-    case FrameFault::size: args = {frame.width_px, frame.height_px, expected.width_px, expected.height_px}; break;
-    case FrameFault::format: args = {static_cast<std::int64_t>(frame.format)}; break;
-    case FrameFault::age: args = {frame.sequence, check.age.ns, config_.frames.max_age.ns}; break;
-    case FrameFault::no_contrast: args = {check.darkest, check.brightest}; break;
-    case FrameFault::frozen: args = {check.repeats}; break;
-    case FrameFault::none:
-    case FrameFault::time_range:
-    case FrameFault::time_order: args = {frame.sequence, frame.mid_exposure.ns, check.previous_time.ns}; break;
-  }
-  // A scene without contrast or a frozen image is one happening, however long it lasts.
-  const bool is_episode = check.fault == FrameFault::no_contrast || check.fault == FrameFault::frozen;
-  if (is_episode && !check.first_in_a_row) return;
-  event(event_of(check.fault), status_of(check.fault), args);
-}
-
-// ---- camera ----
-
-Status FlightLoop::start_camera(std::size_t camera) {
-  CameraState& state = cameras_[camera];
-  const Status status = camera == first_camera ? camera_.start() : mate_.start();
-  state.is_lost = status != Status::ok;
-  state.silence_ns = 0;
-  return status;
-}
-
-Status FlightLoop::stop_camera(std::size_t camera) { return camera == first_camera ? camera_.stop() : mate_.stop(); }
-
-void FlightLoop::lose_camera(std::size_t camera, Status reason) {
-  CameraState& state = cameras_[camera];
-  if (state.is_lost) return;
-  state.is_lost = true;
-  state.recovery_attempts = 0;
-  increment(counts_.camera_losses);
-  event(EventId::camera_lost, reason, {static_cast<std::int64_t>(camera)});
-}
-
-bool FlightLoop::is_there(std::size_t camera) {
-  CameraState& state = cameras_[camera];
-  if (!state.is_lost) return true;
-  increment(state.recovery_attempts);
-  const Status stopped = stop_camera(camera);  // a camera that only fell silent still streams
-  if (start_camera(camera) != Status::ok) return false;
-  event(EventId::camera_recovered, stopped, {static_cast<std::int64_t>(camera), state.recovery_attempts});
-  return true;
-}
-
-void FlightLoop::accept_new_time_base() {
-  for (CameraState& state : cameras_) state.checks.accept_new_time_base();
 }
 
 // ---- modes ----
@@ -450,19 +301,19 @@ void FlightLoop::count_frame_without_update(Status reason) {
   if (report_.mode == Mode::track || report_.mode == Mode::acquire) {
     give_up_estimate(reason);
   } else {
-    accept_new_time_base();
+    intake_.accept_new_time_base();
   }
 }
 
 void FlightLoop::give_up_estimate(Status reason) {
-  if (report_.mode == Mode::track) event(EventId::track_lost, reason, {without_update_, report_.features});
+  if (report_.mode == Mode::track) events_.report(EventId::track_lost, reason, {without_update_, report_.features});
   if (navigator_->has_started()) {
     increment(report_.reset_counter);
-    event(EventId::filter_reset, reason, {report_.reset_counter});
+    events_.report(EventId::filter_reset, reason, {report_.reset_counter});
   }
   navigator_->restart();
   watch_.restart();
-  accept_new_time_base();
+  intake_.accept_new_time_base();
   has_estimate_ = false;
   report_.state = RelativeState();
   if (report_.mode != Mode::lost) change_mode(Mode::lost, reason);
@@ -472,31 +323,27 @@ void FlightLoop::change_mode(Mode to, Status reason) {
   const Mode from = report_.mode;
   RELNAV_ASSERT(is_allowed(from, to));
   report_.mode = to;
-  event(EventId::mode_changed, reason, {static_cast<std::int64_t>(from), static_cast<std::int64_t>(to)});
+  events_.report(EventId::mode_changed, reason, {static_cast<std::int64_t>(from), static_cast<std::int64_t>(to)});
 }
 
 // ---- telemetry ----
 
-void FlightLoop::event(EventId id, Status status, const EventArgs& args) {
-  telemetry_.send_event(id, status, event_stamp_, counts_.frames, args);
-}
-
 void FlightLoop::send_packets() {
   report_.refused_updates = static_cast<std::uint16_t>(std::min<std::uint32_t>(counts_.refused_updates, 0xFFFFU));
   if (report_.status == Status::no_data || report_.status == Status::timeout) return;
-  increment(counts_.frames);
+  events_.count_frame();
   if (telemetry_.dropped() != reported_drops_) {
     reported_drops_ = telemetry_.dropped();
-    event(EventId::telemetry_dropped, Status::no_capacity, {reported_drops_});
+    events_.report(EventId::telemetry_dropped, Status::no_capacity, {reported_drops_});
   }
   if (frame_processed_) {
-    telemetry_.send_state(report_, stamp_, {has_estimate_, config_.is_scale_known()});
+    telemetry_.send_state(report_, stamp_, {has_estimate_, config_.is_scale_known(), report_.predicted});
     if (config_.features_every_frames > 0 && (counts_.processed - 1U) % config_.features_every_frames == 0) {
       telemetry_.send_features(report_, stamp_);
     }
   }
   if (config_.health_every_frames == 0) return;
-  if (health_due_ || (counts_.frames - 1U) % config_.health_every_frames == 0) send_health();
+  if (health_due_ || (events_.frames() - 1U) % config_.health_every_frames == 0) send_health();
 }
 
 void FlightLoop::send_health() {
@@ -504,15 +351,19 @@ void FlightLoop::send_health() {
   p.time_ns = static_cast<std::uint64_t>(stamp_.time.ns);
   p.frame_sequence = stamp_.sequence;
   p.mode = static_cast<std::uint8_t>(report_.mode);
-  const bool streaming = std::none_of(cameras_.begin(), cameras_.end(), [](const CameraState& c) { return c.is_lost; });
-  if (streaming) p.flags |= telemetry::health::camera_streaming;
+  constexpr std::array<std::uint8_t, config::max_cameras> streaming{telemetry::health::camera_streaming,
+                                                                    telemetry::health::second_camera_streaming};
+  for (std::size_t c = 0; c < intake_.cameras(); ++c) {
+    const CameraFeed& feed = intake_.feed(c);
+    if (!feed.is_lost()) p.flags |= streaming[c];
+    p.frames_refused = saturated_sum(p.frames_refused, feed.counts().refused);
+    p.frames_lost = saturated_sum(p.frames_lost, feed.counts().missing);
+    p.camera_losses = saturated_sum(p.camera_losses, feed.counts().losses);
+  }
   if (navigator_->has_started()) p.flags |= telemetry::health::filter_running;
   p.last_status = static_cast<std::uint8_t>(report_.status);
   p.frames_processed = counts_.processed;
-  p.frames_refused = counts_.refused;
-  p.frames_incomplete = counts_.incomplete;
-  p.frames_lost = counts_.lost;
-  p.camera_losses = counts_.camera_losses;
+  p.frames_incomplete = intake_.incomplete();
   p.features = report_.features;
   p.matched = report_.matched;
   p.inliers = report_.inliers;

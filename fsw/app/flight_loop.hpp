@@ -1,13 +1,11 @@
 #pragma once
-#include <array>
 #include <cstdint>
-#include <span>
 #include <variant>
 
+#include "fsw/app/event_reporter.hpp"
 #include "fsw/app/filter_watch.hpp"
 #include "fsw/app/flight_config.hpp"
-#include "fsw/app/frame_checks.hpp"
-#include "fsw/app/frame_mate.hpp"
+#include "fsw/app/frame_intake.hpp"
 #include "fsw/app/mode_table.hpp"
 #include "fsw/app/noncoop_navigator.hpp"
 #include "fsw/app/step_report.hpp"
@@ -23,8 +21,8 @@ namespace relnav::app {
 /// measures stage times (and the age of frames, if limited): the same frames give the same packets, bit for bit.
 class FlightLoop {
  public:
-  /// `second`: the other camera of a pair, for coop_stereo. Steps go by the frames of the first; while the second gives none
-  /// (lost, late, damaged) the loop goes on with what the first one sees.
+  /// `second`: the other camera of a pair, for coop_stereo. While either gives none (lost, late, damaged) the loop goes on with
+  /// what the other one sees; see FrameIntake.
   FlightLoop(hal::Camera& camera, hal::Clock& clock, hal::PacketLink& link, hal::Watchdog& watchdog,
              hal::Camera* second = nullptr);
 
@@ -32,18 +30,18 @@ class FlightLoop {
   /// its domain, the camera's image is larger than config.hpp allows, or the loop is not in STANDBY; nothing changes then,
   /// unless another kind of navigation was asked for: the loop is then without configuration.
   Status configure(const FlightLoopConfig& config);
-  /// STANDBY -> ACQUIRE; starts the camera. not_configured; invalid_argument: not in STANDBY; the camera's own errors.
+  /// STANDBY -> ACQUIRE; starts the cameras. not_configured; invalid_argument: not in STANDBY; the camera's own errors.
   Status start();
-  /// To STANDBY; stops the camera and gives its answer. The estimate is given up, counts stay.
+  /// To STANDBY; stops the cameras and gives their answer. The estimate is given up, counts stay.
   Status stop();
 
-  /// Processes at most one frame. report.status:
+  /// Processes at most one frame, or one pair. report.status:
   /// ok: a frame was processed and report.state is valid.
   /// no_data, timeout: no frame came. too_few_features: a good frame, but nothing to start the estimate on.
   /// Frame not used: out_of_order (time stamp repeats or goes back), outside_domain (impossible time stamp),
   /// invalid_argument (size), unsupported (pixel format), incomplete (damaged, without contrast, or frozen).
   /// not_finite, not_positive_definite, no_convergence: the filter failed its checks and is given up.
-  /// device_lost: camera gone, each step tries to start it. not_configured: not started.
+  /// device_lost: no camera left, each step tries to start them. not_configured: not started.
   /// Whatever happens an EVENT packet says so and the loop goes on.
   const StepReport& step();
 
@@ -54,44 +52,19 @@ class FlightLoop {
 
  private:
   struct Counts {
-    std::uint32_t frames = 0;  ///< frames and faults in their place since start; the clock of the event log
     std::uint32_t processed = 0;
-    std::uint32_t refused = 0;
-    std::uint32_t incomplete = 0;
-    std::uint32_t lost = 0;
-    std::uint16_t camera_losses = 0;
     std::uint32_t refused_updates = 0;
   };
 
-  struct CameraState {
-    FrameChecks checks;
-    bool is_lost = false;
-    std::uint32_t recovery_attempts = 0;
-    std::int64_t silence_ns = 0;  ///< waited without a frame, by the length of the waits asked for
-  };
-
   [[nodiscard]] ConfigItem validate(const FlightLoopConfig& config, CameraRig& rig) const;
+  void configure_intake(const CameraRig& rig);
   /// The navigator that the configuration asks for takes it.
   Status configure_navigator(const FlightLoopConfig& config, const CameraRig& rig);
 
   Status take_frame();
-  Status without_frame(Status reason);
-  Status use_frame(const hal::Frame& frame);
-  Status use_pair(const hal::Frame& frame);
-  Status navigate(const hal::Frame& frame, std::span<const CameraImage> images);
+  Status without_frame(const FrameEpoch& epoch);
+  Status navigate(const FrameEpoch& epoch);
   Status judge_start(Status status);
-  void report_gap(const hal::Frame& frame, const FrameCheck& check);
-  void report_refusal(const hal::Frame& frame, const FrameCheck& check, const CameraIntrinsics& expected);
-
-  Status start_camera(std::size_t camera);
-  Status stop_camera(std::size_t camera);
-  /// Of a lost camera: tries to start it anew. True: it works.
-  [[nodiscard]] bool is_there(std::size_t camera);
-  void lose_camera(std::size_t camera, Status reason);
-  void accept_new_time_base();
-  /// The second camera's frame of the same time as `frame`, checked. False: there is none to be used.
-  [[nodiscard]] bool find_mate(const hal::Frame& frame, hal::Frame& second);
-  void without_mate(Status reason);
 
   /// A frame that brought nothing to the estimate: after too many in a row it is given up.
   void count_frame_without_update(Status reason);
@@ -101,9 +74,7 @@ class FlightLoop {
   void begin_report();
   void send_packets();
   void send_health();
-  void event(telemetry::EventId id, Status status, const EventArgs& args = {});
 
-  hal::Camera& camera_;
   hal::Clock& clock_;
   hal::Watchdog& watchdog_;
   FlightLoopConfig config_;
@@ -111,15 +82,15 @@ class FlightLoop {
 
   std::variant<NoncoopNavigator, CoopNavigator> navigators_;  ///< one at a time: they share their memory
   Navigator* navigator_;                                      ///< the one there is
-  FrameMate mate_;                                            ///< frames of the second camera
-  std::array<CameraState, config::max_cameras> cameras_;
+  FrameIntake intake_;
   FilterWatch watch_;
   TelemetryWriter telemetry_;
+  EventReporter events_;
 
   StepReport report_;
   Counts counts_;
-  FrameStamp stamp_;        ///< latest frame used
-  FrameStamp event_stamp_;  ///< frame that events of this step concern
+  FrameStamp stamp_;  ///< latest frame used
+  Duration silence_;  ///< waited without a frame from any camera
   bool has_estimate_ = false;
   bool frame_processed_ = false;      ///< in this step
   bool health_due_ = false;           ///< in this step, whatever the count

@@ -56,6 +56,8 @@ struct StepReport {
   Status status = Status::no_data;  ///< ok: a frame was processed and `state` is valid
   Mode mode = Mode::standby;
   RelativeState state;
+  bool predicted = false;   ///< no measurement of this frame went into `state`
+  std::uint8_t camera = 0;  ///< the one whose frame gave stamp and feature reports
   telemetry::Estimator estimator = telemetry::Estimator::inverse_depth_ekf;  ///< that made `state`
   std::uint32_t reset_counter = 0;
   std::uint16_t features = 0;  ///< in the state

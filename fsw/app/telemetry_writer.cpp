@@ -60,6 +60,7 @@ void TelemetryWriter::send_state(const StepReport& report, const FrameStamp& sta
   RelStatePacket p;
   p.time_ns = static_cast<std::uint64_t>(stamp.time.ns);
   p.frame_sequence = stamp.sequence;
+  p.camera = report.camera;
   p.mode = static_cast<std::uint8_t>(report.mode);
   p.reset_counter = static_cast<std::uint16_t>(report.reset_counter & 0xFFFFU);
   if (validity.estimate) {
@@ -68,6 +69,7 @@ void TelemetryWriter::send_state(const StepReport& report, const FrameStamp& sta
     p.quality = quality_of(report);
     p.valid_flags = telemetry::valid::pose | telemetry::valid::velocity | telemetry::valid::rate;
     if (validity.scale_known) p.valid_flags |= telemetry::valid::scale;
+    if (validity.predicted) p.valid_flags |= telemetry::valid::predicted;
     copy(s.t_CT, p.t_CT);
     const Quaternion q = Quaternion::from_dcm(s.R_CT).canonical();
     p.q_CT = {q.x, q.y, q.z, q.w};

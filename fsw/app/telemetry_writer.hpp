@@ -3,22 +3,18 @@
 #include <cstdint>
 
 #include "fsw/app/event_log.hpp"
+#include "fsw/app/frame_stamp.hpp"
 #include "fsw/app/step_report.hpp"
 #include "fsw/telemetry/codec.hpp"
 #include "hal/packet_link.hpp"
 
 namespace relnav::app {
 
-/// Which frame packets are about.
-struct FrameStamp {
-  Time time;
-  std::uint32_t sequence = 0;
-};
-
 /// How far `state` may be believed.
 struct StateValidity {
   bool estimate = false;     ///< there is one
   bool scale_known = false;  ///< metres are metres
+  bool predicted = false;    ///< no measurement of the frame went into it
 };
 
 using EventArgs = std::array<std::int64_t, 4>;

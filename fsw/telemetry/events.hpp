@@ -45,6 +45,7 @@ enum class EventId : std::uint16_t {
   numerical_fault = 23,
   pose_ambiguous = 24,
   spots_dropped = 25,
+  pair_incomplete = 26,
 };
 
 struct EventDefinition {
@@ -55,7 +56,7 @@ struct EventDefinition {
   std::array<const char*, 4> args;  ///< meaning of each argument; "" for one that is not used (and 0)
 };
 
-inline constexpr std::array<EventDefinition, 25> event_definitions{{
+inline constexpr std::array<EventDefinition, 26> event_definitions{{
     {EventId::mode_changed,
      "mode_changed",
      Severity::info,
@@ -177,6 +178,11 @@ inline constexpr std::array<EventDefinition, 25> event_definitions{{
      Severity::low,
      "More light spots than there is room for; the weakest were left out.",
      {"dropped_spots", "", "", ""}},
+    {EventId::pair_incomplete,
+     "pair_incomplete",
+     Severity::low,
+     "One camera's frame of a pair is missing, late or damaged; the other one was used alone.",
+     {"camera", "time_ns", "incomplete_frames", ""}},
 }};
 
 /// nullptr for an id that is not in the table.

@@ -38,14 +38,16 @@ inline constexpr std::uint8_t pose_covariance = 0x02;
 inline constexpr std::uint8_t velocity = 0x04;
 inline constexpr std::uint8_t rate = 0x08;
 inline constexpr std::uint8_t rate_covariance = 0x10;
-inline constexpr std::uint8_t scale = 0x20;  ///< metres are metres (clear: free scale)
+inline constexpr std::uint8_t scale = 0x20;      ///< metres are metres (clear: free scale)
+inline constexpr std::uint8_t predicted = 0x40;  ///< no measurement of this frame went into the state
 }  // namespace valid
 
 /// Bits of HealthPacket::flags.
 namespace health {
-inline constexpr std::uint8_t camera_streaming = 0x01;
+inline constexpr std::uint8_t camera_streaming = 0x01;  ///< the first one
 inline constexpr std::uint8_t filter_running = 0x02;
-inline constexpr std::uint8_t arithmetic_overflow = 0x04;  ///< a fixed-point number saturated since start
+inline constexpr std::uint8_t arithmetic_overflow = 0x04;      ///< a fixed-point number saturated since start
+inline constexpr std::uint8_t second_camera_streaming = 0x08;  ///< of a pair
 }  // namespace health
 
 struct RelStatePacket {
@@ -134,15 +136,17 @@ inline constexpr std::array<Label, 6> use_items{{{0, "not_expected"},
                                                  {3, "low_innovation"},
                                                  {4, "high_innovation"},
                                                  {5, "added"}}};
-inline constexpr std::array<Label, 6> valid_items{{{valid::pose, "pose"},
+inline constexpr std::array<Label, 7> valid_items{{{valid::pose, "pose"},
                                                    {valid::pose_covariance, "pose_covariance"},
                                                    {valid::velocity, "velocity"},
                                                    {valid::rate, "rate"},
                                                    {valid::rate_covariance, "rate_covariance"},
-                                                   {valid::scale, "scale"}}};
-inline constexpr std::array<Label, 3> health_items{{{health::camera_streaming, "camera_streaming"},
+                                                   {valid::scale, "scale"},
+                                                   {valid::predicted, "predicted"}}};
+inline constexpr std::array<Label, 4> health_items{{{health::camera_streaming, "camera_streaming"},
                                                     {health::filter_running, "filter_running"},
-                                                    {health::arithmetic_overflow, "arithmetic_overflow"}}};
+                                                    {health::arithmetic_overflow, "arithmetic_overflow"},
+                                                    {health::second_camera_streaming, "second_camera_streaming"}}};
 
 [[nodiscard]] constexpr std::array<Label, static_cast<std::size_t>(Status::inconsistent) + 1U> make_status_items() {
   std::array<Label, static_cast<std::size_t>(Status::inconsistent) + 1U> items{};
@@ -218,9 +222,10 @@ inline constexpr auto health_fields = std::tuple{
     field(&HealthPacket::last_status, "last_status", "", "Outcome of the latest step", labels::status),
     field(&HealthPacket::frames_processed, "frames_processed", "", "Frames used since start"),
     field(&HealthPacket::frames_refused, "frames_refused", "", "Frames refused since start (order, size, format, age)"),
-    field(&HealthPacket::frames_incomplete, "frames_incomplete", "", "Frames that arrived damaged since start"),
+    field(&HealthPacket::frames_incomplete, "frames_incomplete", "",
+          "Frames that arrived damaged, or are missing in a pair, since start"),
     field(&HealthPacket::frames_lost, "frames_lost", "", "Frames missing by sequence number since start"),
-    field(&HealthPacket::camera_losses, "camera_losses", "", "Losses of the camera since start"),
+    field(&HealthPacket::camera_losses, "camera_losses", "", "Losses of a camera since start"),
     field(&HealthPacket::features, "features", "", "Features in the filter"),
     field(&HealthPacket::matched, "matched", "", "Features found in the latest frame"),
     field(&HealthPacket::inliers, "inliers", "", "Features used of those"),

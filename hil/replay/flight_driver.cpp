@@ -43,7 +43,18 @@ void check_camera(const CameraIntrinsics& c, const std::string& file) {
     throw InputError(file, 0, "the camera model refuses these numbers", "a usable pinhole camera");
 }
 
+/// Fewer lights cannot be told from chance, and more take too long.
+void check_target(const TargetModel& target, const std::string& file) {
+  const std::size_t markers = target.features.size();
+  if (markers >= app::CoopNavigatorConfig::least_markers && markers <= app::CoopNavigatorConfig::most_markers) return;
+  throw InputError(file, 0, std::to_string(markers) + " features",
+                   std::to_string(app::CoopNavigatorConfig::least_markers) + " to " +
+                       std::to_string(app::CoopNavigatorConfig::most_markers) +
+                       " where nobody says which light is which");
+}
+
 void set_up_cooperative(const FlightSetup& setup, app::FlightLoopConfig& config) {
+  check_target(setup.target, setup.target_file);
   config.coop.target = setup.target;
   if (setup.navigation != app::NavigationKind::coop_stereo) return;
   check_camera(setup.second.intrinsics, setup.second_file);

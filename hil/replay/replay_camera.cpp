@@ -27,6 +27,11 @@ Status ReplayCamera::stop() {
   return Status::ok;
 }
 
+std::size_t ReplayCamera::frames_done() const {
+  const auto out = std::count_if(slots_.begin(), slots_.end(), [](const Slot& s) { return s.lease != 0; });
+  return next_ - static_cast<std::size_t>(out);
+}
+
 Status ReplayCamera::await_due(Duration wait) {
   if (pace_ == Pace::max) return Status::ok;
   const Time now = clock_.now();

@@ -37,9 +37,10 @@ class ReplayCamera final : public hal::Camera {
   [[nodiscard]] std::uint32_t max_leases() const override { return static_cast<std::uint32_t>(slots_.size()); }
 
   [[nodiscard]] std::size_t frames_listed() const { return entries_.size(); }
-  /// Rows of data.csv dealt with so far.
-  [[nodiscard]] std::size_t frames_consumed() const { return next_; }
   [[nodiscard]] bool exhausted() const { return next_ == entries_.size(); }
+  /// Rows of data.csv dealt with so far: handed out and given back, or no image.
+  [[nodiscard]] std::size_t frames_done() const;
+  [[nodiscard]] bool finished() const { return frames_done() == entries_.size(); }
   /// Row handed out last.
   [[nodiscard]] const ImageEntry& last_entry() const { return entries_[next_ > 0 ? next_ - 1 : 0]; }
   [[nodiscard]] std::uint32_t incomplete_frames() const { return incomplete_; }

@@ -1,5 +1,6 @@
 #include "hil/replay/replay_run.hpp"
 
+#include <algorithm>
 #include <chrono>
 
 namespace relnav::hil {
@@ -7,23 +8,6 @@ namespace {
 
 constexpr std::size_t snapshot_count = 12;
 constexpr int most_steps_without_frame = 100'000;
-
-FrameRecord record_of(const app::StepReport& report, Time time) {
-  FrameRecord r;
-  r.time = time;
-  r.status = report.status;
-  r.mode = report.mode;
-  r.has_pose = report.status == Status::ok && report.state.t_CT.allFinite() && report.state.R_CT.allFinite();
-  r.state = report.state;
-  r.reset_counter = report.reset_counter;
-  r.features = report.features;
-  r.matched = report.matched;
-  r.inliers = report.inliers;
-  r.refused_updates = report.refused_updates;
-  r.test_ratio = report.test_ratio;
-  r.times = report.times;
-  return r;
-}
 
 // Whether row `frame` of `listed` is one of the rows, spread evenly from first to last, to be shown.
 bool is_snapshot(std::size_t frame, std::size_t listed) {
@@ -33,14 +17,43 @@ bool is_snapshot(std::size_t frame, std::size_t listed) {
   return (k * (listed - 1)) / intervals == frame;
 }
 
+// Of the camera whose frame the report is about.
 Snapshot snapshot_of(const app::StepReport& report, const ReplayCamera& camera) {
   Snapshot s;
   s.time = camera.last_entry().time;
-  s.frame = camera.frames_consumed() - 1;
+  s.frame = camera.frames_done() - 1;
   s.image_path = camera.last_entry().path;
   s.mode = report.mode;
   s.features.assign(report.feature_reports.begin(), report.feature_reports.end());
   return s;
+}
+
+bool are_finished(const ReplayCameras& cameras) {
+  return std::all_of(cameras.begin(), cameras.end(), [](const ReplayCamera* c) { return c->finished(); });
+}
+
+std::size_t most(const ReplayCameras& cameras, std::size_t (ReplayCamera::*count)() const) {
+  std::size_t most = 0;
+  for (const ReplayCamera* camera : cameras) most = std::max(most, (camera->*count)());
+  return most;
+}
+
+std::string problem_of(const ReplayCameras& cameras) {
+  for (const ReplayCamera* camera : cameras) {
+    if (!camera->problem().empty()) return camera->problem();
+  }
+  return {};
+}
+
+// The cameras that have got on in a step; the one that the report is about first.
+ReplayCameras advanced_in(const app::StepReport& report, const ReplayCameras& cameras,
+                          const std::vector<std::size_t>& done_before) {
+  ReplayCameras advanced;
+  for (std::size_t c = 0; c < cameras.size(); ++c) {
+    if (cameras[c]->frames_done() == done_before[c]) continue;
+    advanced.insert(c == report.camera ? advanced.begin() : advanced.end(), cameras[c]);
+  }
+  return advanced;
 }
 
 // Whether the run ended well: tracking, or still in its first start with an estimate.
@@ -51,8 +64,8 @@ bool has_track(const RunHistory& history) {
 
 }  // namespace
 
-ReplayOutcome run_replay(StepDriver& loop, ReplayCamera& camera, const ReplayCamera* second, RunFiles& files,
-                         RunHistory& history, const ProgressListener& listener) {
+ReplayOutcome run_replay(StepDriver& loop, const ReplayCameras& cameras, RunFiles& files, RunHistory& history,
+                         const ProgressListener& listener) {
   using End = ReplayOutcome::End;
   ReplayOutcome outcome;
   const auto begin = std::chrono::steady_clock::now();
@@ -63,38 +76,36 @@ ReplayOutcome run_replay(StepDriver& loop, ReplayCamera& camera, const ReplayCam
     return outcome;
   }
   int idle_steps = 0;
-  while (!camera.exhausted()) {
-    const std::size_t before = camera.frames_consumed();
+  const std::size_t listed = most(cameras, &ReplayCamera::frames_listed);
+  while (!are_finished(cameras)) {
+    std::vector<std::size_t> done_before;
+    for (const ReplayCamera* camera : cameras) done_before.push_back(camera->frames_done());
     const app::StepReport& report = loop.step();
     outcome.last_mode = report.mode;
-    if (camera.frames_consumed() == before) {
-      if (!listener(before, camera.frames_listed(), report)) {
-        outcome.end = End::interrupted;
+    const ReplayCameras advanced = advanced_in(report, cameras, done_before);
+    const std::size_t done = most(cameras, &ReplayCamera::frames_done);
+    if (!advanced.empty()) {
+      idle_steps = 0;
+      const ReplayCamera& camera = *advanced.front();
+      const FrameRecord record = record_of(report, camera.last_entry().time);
+      files.add(record);
+      history.frames.push_back(record);
+      if (record.has_pose) ++outcome.poses;
+      if (report.status == Status::ok && is_snapshot(camera.frames_done() - 1, camera.frames_listed())) {
+        history.snapshots.push_back(snapshot_of(report, camera));
+      }
+      outcome.problem = problem_of(cameras);
+      if (!outcome.problem.empty()) {
+        outcome.end = End::bad_image;
         break;
       }
+    } else if (++idle_steps > most_steps_without_frame) {
       // At real pace there may be nothing to do for a while; a wait then takes time, so this many never come.
-      if (++idle_steps > most_steps_without_frame) {
-        outcome.end = End::stuck;
-        outcome.problem = std::string("the flight loop takes no more frames (") + to_string(report.status) + ")";
-        break;
-      }
-      continue;
-    }
-    idle_steps = 0;
-    const FrameRecord record = record_of(report, camera.last_entry().time);
-    files.add(record);
-    history.frames.push_back(record);
-    if (record.has_pose) ++outcome.poses;
-    if (report.status == Status::ok && is_snapshot(camera.frames_consumed() - 1, camera.frames_listed())) {
-      history.snapshots.push_back(snapshot_of(report, camera));
-    }
-    const std::string& problem = camera.problem().empty() && second != nullptr ? second->problem() : camera.problem();
-    if (!problem.empty()) {
-      outcome.end = End::bad_image;
-      outcome.problem = problem;
+      outcome.end = End::stuck;
+      outcome.problem = std::string("the flight loop takes no more frames (") + to_string(report.status) + ")";
       break;
     }
-    if (!listener(camera.frames_consumed(), camera.frames_listed(), report)) {
+    if (!listener(done, listed, report)) {
       outcome.end = End::interrupted;
       break;
     }

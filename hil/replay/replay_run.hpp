@@ -1,6 +1,7 @@
 #pragma once
 #include <functional>
 #include <string>
+#include <vector>
 
 #include "hil/replay/replay_camera.hpp"
 #include "hil/replay/run_folder.hpp"
@@ -24,12 +25,16 @@ struct ReplayOutcome {
   double wall_s = 0.0;
 };
 
-/// Called after each step: frames dealt with, frames listed, the report. False ends the run (interrupt).
+/// Called after each step: frames dealt with, frames listed (of the camera that has most), the report. False ends the run (interrupt).
 using ProgressListener = std::function<bool(std::size_t done, std::size_t listed, const app::StepReport&)>;
 
-/// Steps the loop until the first camera's images end, writing as it goes; `second` may be null. Throws InputError when the output cannot be written.
-ReplayOutcome run_replay(StepDriver& loop, ReplayCamera& camera, const ReplayCamera* second, RunFiles& files,
-                         RunHistory& history, const ProgressListener& listener);
+/// Those that the loop takes its frames from, in their order.
+using ReplayCameras = std::vector<const ReplayCamera*>;
+
+/// Steps the loop until the images of every camera have been dealt with, writing as it goes. Throws InputError when the output
+/// cannot be written.
+ReplayOutcome run_replay(StepDriver& loop, const ReplayCameras& cameras, RunFiles& files, RunHistory& history,
+                         const ProgressListener& listener);
 
 /// 0 done, 1 ended in a fault, 2 unusable input.
 [[nodiscard]] int exit_status_of(const ReplayOutcome& outcome);

@@ -23,6 +23,9 @@ struct FrameRecord {
   app::StageTimes times;
 };
 
+/// `time`: of the frame or epoch, as listed.
+[[nodiscard]] FrameRecord record_of(const app::StepReport& report, Time time);
+
 /// A frame to be shown with its features drawn in.
 struct Snapshot {
   Time time;

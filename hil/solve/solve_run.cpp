@@ -10,21 +10,6 @@
 namespace relnav::hil {
 namespace {
 
-FrameRecord record_of(const app::StepReport& report, Time time) {
-  FrameRecord r;
-  r.time = time;
-  r.status = report.status;
-  r.mode = report.mode;
-  r.has_pose = report.status == Status::ok;
-  r.state = report.state;
-  r.features = report.features;
-  r.matched = report.matched;
-  r.inliers = report.inliers;
-  r.test_ratio = report.test_ratio;
-  r.times = report.times;
-  return r;
-}
-
 /// Why an epoch has no valid pose; the same events as the flight loop's.
 void send_failure(app::TelemetryWriter& telemetry, const app::StepReport& report, const app::FrameStamp& stamp) {
   using telemetry::EventId;

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <cmath>
 #include <cstdio>
 #include <filesystem>
@@ -113,7 +114,9 @@ int run(const Options& o) {
   Trajectory truth;
   const std::string truth_path = (fs::path(o.dataset) / "truth.tum").string();
   if (fs::exists(truth_path)) truth = read_trajectory(truth_path);
-  const RunDescription description = description_of(o, setup, images.size());
+  std::vector<ImageEntry> second_images;
+  if (stereo) second_images = images_of("cam1");
+  const RunDescription description = description_of(o, setup, std::max(images.size(), second_images.size()));
 
   platform::host::SteadyClock clock;
   const Pace pace = o.rate == "real" ? Pace::real : Pace::max;
@@ -123,8 +126,8 @@ int run(const Options& o) {
   std::optional<ReplayCamera> second;
   if (stereo) {
     const CameraIntrinsics& c = setup.second.intrinsics;
-    second.emplace(images_of("cam1"), static_cast<std::uint32_t>(c.width_px), static_cast<std::uint32_t>(c.height_px),
-                   clock, pace, depth);
+    second.emplace(std::move(second_images), static_cast<std::uint32_t>(c.width_px),
+                   static_cast<std::uint32_t>(c.height_px), clock, pace, depth);
   }
   ReplayCamera* const mate = second ? &*second : nullptr;
   TelemetryLink link;
@@ -141,7 +144,9 @@ int run(const Options& o) {
   catch_interrupts();
   RunHistory history;
   Progress progress;
-  const ReplayOutcome outcome = run_replay(*loop, camera, mate, files, history,
+  ReplayCameras cameras{&camera};
+  if (mate != nullptr) cameras.push_back(mate);
+  const ReplayOutcome outcome = run_replay(*loop, cameras, files, history,
                                            [&](std::size_t done, std::size_t listed, const app::StepReport& report) {
                                              if (!link.problem().empty()) throw std::runtime_error(link.problem());
                                              progress.show(done, listed, report);

@@ -147,7 +147,7 @@ Outcome replay(const Recording& recording, const app::FlightLoopConfig& config) 
   std::size_t k = 0;
   double rate_error_sum = 0.0;
   double compared = 0.0;
-  while (!camera.exhausted()) {
+  while (!camera.finished() || (second && !second->finished())) {
     const app::StepReport& report = loop->step();
     ++out.frames;
     if (report.status != Status::ok) {

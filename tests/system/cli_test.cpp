@@ -449,3 +449,24 @@ TEST(Cli, ReplayOfACooperativeTargetRefusesWhatIsNotMeantForIt) {
   check_unusable("replay --mode coop-stereo --out " + out + " --dataset " + set, "cam1/sensor.yaml: cannot be opened");
   CHECK(!std::filesystem::exists(out));
 }
+
+TEST(Cli, ReplayNamesWhatTheFlightLoopWouldRefuse) {
+  const std::string set = make_dataset(scratch, 3);
+  const std::string out = scratch.path("out");
+  const std::string config = scratch.write("c.yaml", "filter:\n  range_m: 3\nloop:\n  lost_after_frames: 0\n");
+  check_unusable("replay --mode noncoop --range 5 --config " + config + " --out " + out + " --dataset " + set,
+                 "c.yaml:4: loop.lost_after_frames is '0' (expected a whole number from 1 to 65535)");
+  const auto target_of = [&](int markers) {
+    std::string text = "features:\n";
+    for (int i = 0; i < markers; ++i) {
+      text +=
+          "  - {id: " + std::to_string(i) + ", xyz: [" + std::to_string(i) + ", " + std::to_string(i * i) + ", 0]}\n";
+    }
+    return scratch.write("target.yaml", text);
+  };
+  for (const int markers : {3, 17}) {
+    check_unusable("replay --mode coop-mono --target " + target_of(markers) + " --out " + out + " --dataset " + set,
+                   "target.yaml: " + std::to_string(markers) + " features (expected 4 to 16");
+  }
+  CHECK(!std::filesystem::exists(out));
+}

@@ -1,4 +1,5 @@
 #pragma once
+#include <array>
 #include <cmath>
 #include <string>
 #include <vector>
@@ -46,6 +47,48 @@ class FakeLoop final : public hil::StepDriver {
 
  private:
   hal::Camera& camera_;
+  app::StepReport report_;
+};
+
+/// Takes frames of two cameras as the flight loop does: the earlier one, with its mate if the stamps are equal.
+class FakePairLoop final : public hil::StepDriver {
+ public:
+  FakePairLoop(hal::Camera& first, hal::Camera& second) : cameras_{&first, &second} {}
+
+  Status start() override {
+    for (hal::Camera* camera : cameras_) {
+      if (camera->start() != Status::ok) return Status::io_error;
+    }
+    return Status::ok;
+  }
+  const app::StepReport& step() override {
+    for (std::size_t c = 0; c < 2; ++c) {
+      if (!held_[c]) held_[c] = cameras_[c]->acquire(Duration{0}, frames_[c]) == Status::ok;
+    }
+    report_.mode = app::Mode::track;
+    report_.status = Status::no_data;
+    const bool both = held_[0] && held_[1];
+    const bool first = held_[0] && (!both || frames_[0].mid_exposure <= frames_[1].mid_exposure);
+    const bool second = held_[1] && (!both || frames_[1].mid_exposure <= frames_[0].mid_exposure);
+    if (!first && !second) return report_;
+    report_.status = Status::ok;
+    report_.camera = first ? 0 : 1;
+    report_.state.time = frames_[report_.camera].mid_exposure;
+    report_.state.t_CT = Vec3(0.0, 0.0, 5.0);
+    report_.state.pose_covariance = Mat6::Identity() * 1e-6;
+    const bool used[] = {first, second};
+    for (std::size_t c = 0; c < 2; ++c) {
+      if (!used[c]) continue;
+      static_cast<void>(cameras_[c]->release(frames_[c]));
+      held_[c] = false;
+    }
+    return report_;
+  }
+
+ private:
+  std::array<hal::Camera*, 2> cameras_;
+  std::array<hal::Frame, 2> frames_;
+  std::array<bool, 2> held_{};
   app::StepReport report_;
 };
 

@@ -56,6 +56,15 @@ TEST(PacketText, StateIsReadable) {
   CHECK(json["valid_flags"] == nlohmann::json({"pose", "rate"}));
 }
 
+TEST(PacketText, FlagsAreNamed) {
+  telemetry::RelStatePacket state;
+  state.valid_flags = telemetry::valid::pose | telemetry::valid::predicted;
+  CHECK_MESSAGE_HOLDS(packet_text(encoded(state), {}), "valid_flags=pose|predicted ");
+  telemetry::HealthPacket health;
+  health.flags = telemetry::health::camera_streaming | telemetry::health::second_camera_streaming;
+  CHECK_MESSAGE_HOLDS(packet_text(encoded(health), {}), "flags=camera_streaming|second_camera_streaming ");
+}
+
 TEST(PacketText, FeaturesKeepTheirEntries) {
   telemetry::FeaturesPacket features;
   features.features_total = 2;

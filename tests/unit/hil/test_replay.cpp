@@ -16,6 +16,7 @@
 using namespace relnav;
 using namespace relnav::hil;
 using relnav::test::FakeLoop;
+using relnav::test::FakePairLoop;
 using relnav::test::message_of;
 using relnav::test::Scratch;
 
@@ -54,16 +55,34 @@ TEST_GROUP(Replay) {
     }
     return entries;
   }
+  /// Two cameras, each with images of these rows (0.1 s a row); `files` of the first and the second have names of their own.
+  std::vector<ImageEntry> rows_of(const std::string& name, std::initializer_list<int> rows) {
+    std::vector<ImageEntry> entries;
+    for (const int row : rows) {
+      const std::string file = name + std::to_string(row) + ".png";
+      entries.push_back({Time{(row + 1) * 100'000'000LL}, scratch.write(file, png_bytes(width, height, 50)), row + 1});
+    }
+    return entries;
+  }
+  ReplayOutcome run_pair(ReplayCamera & first, ReplayCamera & second) {
+    FakePairLoop loop(first, second);
+    RunFiles files(prepare_run_folder(scratch.path("out"), true));
+    return run_replay(loop, {&first, &second}, files, history,
+                      [&](std::size_t done, std::size_t listed, const app::StepReport&) {
+                        CHECK(done <= listed);
+                        ++shown;
+                        return true;
+                      });
+  }
   ReplayCamera camera_over(std::vector<ImageEntry> entries, Pace pace = Pace::max, Depth depth = Depth::eight_bits) {
     return ReplayCamera(std::move(entries), width, height, clock, pace, depth);
   }
   ReplayOutcome run(ReplayCamera & camera, FakeLoop & loop, std::size_t stop_after = 1000) {
     RunFiles files(prepare_run_folder(scratch.path("out"), true));
-    return run_replay(loop, camera, nullptr, files, history,
-                      [&](std::size_t done, std::size_t, const app::StepReport&) {
-                        ++shown;
-                        return done < stop_after;
-                      });
+    return run_replay(loop, {&camera}, files, history, [&](std::size_t done, std::size_t, const app::StepReport&) {
+      ++shown;
+      return done < stop_after;
+    });
   }
   std::size_t lines(const std::string& name) { return read_lines(scratch.path("out/" + name)).size(); }
 };
@@ -191,6 +210,46 @@ TEST(Replay, BadImagesEndTheRunAndKeepWhatWasDone) {
   }
 }
 
+TEST(Replay, EndsWhenTheImagesOfBothCamerasHaveBeenDealtWith) {
+  for (const bool swapped : {false, true}) {
+    history = {};
+    ReplayCamera a = camera_over(rows_of("a", {0, 1, 4}));
+    ReplayCamera b = camera_over(rows_of("b", {1, 2, 5}));
+    const ReplayOutcome outcome = swapped ? run_pair(b, a) : run_pair(a, b);
+    CHECK_EQUAL(0, exit_status_of(outcome));
+    CHECK(a.finished() && b.finished());
+    // Rows 0, 1 (a pair), 2, 4, 5: the last one is handed out long before it is dealt with.
+    CHECK_EQUAL(5U, outcome.poses);
+    CHECK_EQUAL(5U, history.frames.size());
+    const std::int64_t stamps[] = {1, 2, 3, 5, 6};
+    for (std::size_t i = 0; i < 5; ++i) {
+      CHECK_EQUAL(stamps[i] * 100'000'000, history.frames[i].time.ns);
+      CHECK_EQUAL(stamps[i] * 100'000'000, history.frames[i].state.time.ns);
+    }
+    CHECK_EQUAL(5U, history.snapshots.size());
+    for (const Snapshot& shot : history.snapshots) {
+      const std::string row = std::to_string(shot.time.ns / 100'000'000 - 1);
+      CHECK_MESSAGE_HOLDS(shot.image_path, row + ".png");  // the image that the features are of
+    }
+  }
+}
+
+TEST(Replay, ABadImageOfEitherCameraEndsTheRun) {
+  for (const bool in_second : {false, true}) {
+    history = {};
+    ReplayCamera first = camera_over(rows_of("a", {0, 1, 2, 3}));
+    ReplayCamera second = camera_over(rows_of("b", {0, 1, 2, 3}));
+    scratch.write(in_second ? "b2.png" : "a2.png", "text");
+    const ReplayOutcome outcome = run_pair(first, second);
+    CHECK(outcome.end == ReplayOutcome::End::bad_image);
+    CHECK_EQUAL(2, exit_status_of(outcome));
+    CHECK_MESSAGE_HOLDS(outcome.problem, in_second ? "b2.png: no PNG signature" : "a2.png: no PNG signature");
+    CHECK_EQUAL(3U, history.frames.size());
+    CHECK_EQUAL(3U, read_trajectory(scratch.path("out/trajectory.tum")).size());  // the other's image is used
+    CHECK_MESSAGE_HOLDS(history.snapshots.back().image_path, in_second ? "a2.png" : "b2.png");
+  }
+}
+
 TEST(Replay, NoPoseAndLostTrackAreFaults) {
   for (const app::Mode mode : {app::Mode::acquire, app::Mode::lost}) {
     ReplayCamera camera = camera_over(images(3));
@@ -205,7 +264,7 @@ TEST(Replay, NoPoseAndLostTrackAreFaults) {
   FakeLoop loop(camera);
   RunFiles files(prepare_run_folder(scratch.path("out"), true));
   const ReplayOutcome outcome =
-      run_replay(loop, camera, nullptr, files, history, [&](std::size_t done, std::size_t, const app::StepReport&) {
+      run_replay(loop, {&camera}, files, history, [&](std::size_t done, std::size_t, const app::StepReport&) {
         if (done == 2) loop.mode = app::Mode::lost;
         return true;
       });

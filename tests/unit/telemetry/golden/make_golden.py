@@ -30,7 +30,7 @@ PACKETS = {
         offset=0, service=3, subtype=25, structure=1,
         fields=[
             ("time_ns", "u64", [TIME_NS]), ("frame_sequence", "u32", [0x01020304]), ("camera", "u8", [1]),
-            ("mode", "u8", [2]), ("valid_flags", "u8", [0x1F]), ("quality", "u8", [87]), ("reset_counter", "u16", [513]),
+            ("mode", "u8", [2]), ("valid_flags", "u8", [0x5F]), ("quality", "u8", [87]), ("reset_counter", "u16", [513]),
             ("estimator", "u8", [4]), ("parent_frame", "u8", [1]), ("child_frame", "u8", [2]),
             ("t_CT", "f64", [1.0, -2.0, 30.5]), ("q_CT", "f64", [0.1, -0.5, 0.5, 0.7]),
             ("v_C", "f64", [0.001, 1e-300, -0.25]), ("omega_C", "f64", [3.0e-3, -4.0e-3, 0.0]),
@@ -49,7 +49,7 @@ PACKETS = {
     "health": dict(
         offset=2, service=3, subtype=25, structure=3,
         fields=[
-            ("time_ns", "u64", [TIME_NS]), ("frame_sequence", "u32", [4000000000]), ("mode", "u8", [3]), ("flags", "u8", [3]),
+            ("time_ns", "u64", [TIME_NS]), ("frame_sequence", "u32", [4000000000]), ("mode", "u8", [3]), ("flags", "u8", [11]),
             ("last_status", "u8", [9]), ("frames_processed", "u32", [100001]), ("frames_refused", "u32", [12]),
             ("frames_incomplete", "u32", [13]), ("frames_lost", "u32", [14]), ("camera_losses", "u16", [15]),
             ("features", "u16", [40]), ("matched", "u16", [33]), ("inliers", "u16", [31]), ("refused_updates", "u32", [16]),
