@@ -174,7 +174,7 @@ Status CoopNavigator::track(std::span<const CameraImage> images, Time time, Step
   solution_.used.fill(false);
   report.state = filter_.output();
   if (assignment_.observations.size() < config_.min_observations) {
-    update_from_few(images, report);
+    status = update_from_few(images, report);
   } else {
     status = estimator_.solve(assignment_.observations, &predicted, solution_);
     if (status == Status::ok) status = filter_.update(solution_.estimate);
@@ -190,8 +190,11 @@ Status CoopNavigator::track(std::span<const CameraImage> images, Time time, Step
   return status;
 }
 
-void CoopNavigator::update_from_few(std::span<const CameraImage> images, StepReport& report) {
-  if (filter_.update(estimator_.rig(), config_.target, assignment_.observations, solution_.used) == Status::ok) {
+Status CoopNavigator::update_from_few(std::span<const CameraImage> images, StepReport& report) {
+  const bool any = !assignment_.observations.empty();  // none is no fault: the loop counts frames without an update
+  const Status status =
+      any ? filter_.update(estimator_.rig(), config_.target, assignment_.observations, solution_.used) : Status::ok;
+  if (any && status == Status::ok) {
     solution_.estimate.pose = filter_.pose();
     solution_.estimate.covariance = filter_.pose_covariance();
     look_at_sights(images);
@@ -200,6 +203,7 @@ void CoopNavigator::update_from_few(std::span<const CameraImage> images, StepRep
   report_markers(report);
   report.inliers = static_cast<std::uint16_t>(
       std::count(solution_.used.begin(), solution_.used.begin() + assignment_.observations.size(), true));
+  return status;
 }
 
 void CoopNavigator::look_at_sights(std::span<const CameraImage> images) {

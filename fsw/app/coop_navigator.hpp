@@ -61,8 +61,8 @@ class CoopNavigator final : public Navigator {
   /// Spots where markers are expected.
   Status look_for_expected(std::span<const CameraImage> images, const Pose& pose, const Mat6& covariance,
                            StepReport& report);
-  /// Too few for a pose of their own: they correct the predicted one.
-  void update_from_few(std::span<const CameraImage> images, StepReport& report);
+  /// Too few for a pose of their own: they correct the predicted one. inconsistent: none of them fits it.
+  Status update_from_few(std::span<const CameraImage> images, StepReport& report);
   /// Which markers are in sight of the cameras that gave an image, by the pose just solved.
   void look_at_sights(std::span<const CameraImage> images);
   void take(Time time, StepReport& report);

@@ -27,13 +27,15 @@ TEST_GROUP(CoopNavigator) {
   int frame = 0;
 
   void configure(const CameraRig& rig, const TargetModel& target, double expected_cone_rad = 0.6,
-                 double filter_gate_chi2 = PoseFilterConfig().gate_chi2) {
+                 double filter_gate_chi2 = PoseFilterConfig().gate_chi2,
+                 double image_gate_chi2 = PoseFilterConfig().image_gate_chi2) {
     scene.rig = rig;
     scene.target = target;
     CoopNavigatorConfig config;
     config.target = target;
     config.expected_cone_rad = expected_cone_rad;
     config.filter.gate_chi2 = filter_gate_chi2;
+    config.filter.image_gate_chi2 = image_gate_chi2;
     CHECK_TRUE(navigator->configure(config, rig) == Status::ok);
   }
   [[nodiscard]] Time time() const { return Time{1'000'000'000 + std::int64_t{frame} * 100'000'000}; }
@@ -233,6 +235,21 @@ TEST(CoopNavigator, APoseTheFilterRefusesIsNotUsed) {
   LONGS_EQUAL(0, report->inliers);
   LONGS_EQUAL(8, count(FeatureUse::rejected));
   CHECK_TRUE((report->state.t_CT - t_CT).norm() < 1e-12);  // at rest, as it started
+}
+
+TEST(CoopNavigator, TooFewSpotsThatDoNotFitAreNoUpdate) {
+  configure(test::one_camera(), test::eight_leds(), 0.6, PoseFilterConfig().gate_chi2, 1e-9);
+  scene.render();
+  CHECK_TRUE(process() == Status::ok);
+  next();
+  scene.render({0, 1, 2, 3, 4});
+  CHECK_TRUE(process() == Status::inconsistent);
+  LONGS_EQUAL(3, report->matched);
+  LONGS_EQUAL(0, report->inliers);
+  next();
+  scene.render({0, 1, 2, 3, 4, 5, 6, 7});  // none at all is no fault of theirs
+  CHECK_TRUE(process() == Status::ok);
+  LONGS_EQUAL(0, report->inliers);
 }
 
 TEST(CoopNavigator, OneCameraGoesOnWhileTheOtherIsBlind) {
