@@ -10,10 +10,7 @@ namespace relnav {
 namespace {
 
 /// Converged when a step improves chi-square by less than this: 1e-5 sigma, and the step after it would be far smaller.
-constexpr double converged_gain = 1e-10;
-/// After max_iterations: steps within a hundredth of a sigma. Where two minima are about to merge, in two directions at
-/// once, no more can be had from first derivatives.
-constexpr double fair_gain = 1e-4;
+constexpr double converged_gain = 1e-13;
 constexpr double converged_step = 1e-14;
 constexpr double cost_slack = 1e-12;
 /// Rounding leaves up to 1.3e-9 of features on a line (27 000 random ones); three features with T's origin tens of their
@@ -40,10 +37,15 @@ class PixelRows {
       const Status status = camera.model.project(p_C, uv_px, J_uv_p);
       if (status != Status::ok) return status;
       row.J = J_uv_p;
+      row.axis = Vec3::UnitZ();
+      row.depth = p_C.z();
     } else {
-      const Status status = camera.model.project(Vec3(camera.R_KC * p_C + camera.t_KC), uv_px, J_uv_p);
+      const Vec3 p_K = camera.R_KC * p_C + camera.t_KC;
+      const Status status = camera.model.project(p_K, uv_px, J_uv_p);
       if (status != Status::ok) return status;
       row.J = J_uv_p * camera.R_KC;
+      row.axis = camera.R_KC.row(2);
+      row.depth = p_K.z();
     }
     double weight = 1.0 / o.sigma_px;
     row.r = weight * (o.uv_px - uv_px);
@@ -117,7 +119,7 @@ Status solve_pose(const CameraRig& rig, const TargetModel& target, const PoseObs
   iteration.attitude = gibbs_set_of(start.R_CT, settings.switching);
   iteration.t = start.t_CT;
   const IterationLimits<double> limits{
-      settings.max_iterations, converged_gain, converged_step, cost_slack, least_pivot, fair_gain, settings.switching};
+      settings.max_iterations, converged_gain, converged_step, cost_slack, least_pivot, settings.switching};
   const int count = static_cast<int>(rows.count());
   status = iteration.solve(count, rows, limits);
   if (status != Status::ok) return status;

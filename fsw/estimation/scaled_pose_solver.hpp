@@ -130,6 +130,8 @@ class ScaledRows {
     const S inverse = S(1) / p_K(2);
     const S x = p_K(0) * inverse, y = p_K(1) * inverse;
     const S dx = row.xy(0) - x, dy = row.xy(1) - y;
+    for (int k = 0; k < 3; ++k) out.axis(k) = R(2, k);
+    out.depth = p_K(2);
     for (int k = 0; k < 2; ++k) {
       const S a = row.weight(k, 0), b = row.weight(k, 1);
       out.r(k) = a * dx + b * dy;
