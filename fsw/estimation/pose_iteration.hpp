@@ -21,9 +21,9 @@ struct PoseRow {
   S depth;
 };
 
-/// Adds what a row's residual contributes to the Hessian of half the cost beyond A'A, for the error state [2dg dt]: -r h''.
+/// Adds what a row's residual contributes to the Hessian of half the cost beyond A'A, for the error state [dt 2dg]: -r h''.
 /// With c = J'r and C(dg) X_r = X_r + X_r x 2dg + (2dg (2dg'X_r) - X_r 2dg'2dg) / 2 + ...:
-/// -r h'' = W B' + B W' for the image of a point, B = [c x X_r, c], W = [axis x X_r, axis] / depth, and
+/// -r h'' = W B' + B W' for the image of a point, B = [c, c x X_r], W = [axis, axis x X_r] / depth, and
 /// c'X_r I - (c X_r' + X_r c') / 2 for the rotation.
 template <typename S>
 void add_curvature(const PoseRow<S>& row, Eigen::Matrix<S, 6, 6>& sum) {
@@ -31,24 +31,24 @@ void add_curvature(const PoseRow<S>& row, Eigen::Matrix<S, 6, 6>& sum) {
   std::array<S, 6> W;
   std::array<S, 6> B;
   for (int k = 0; k < 3; ++k) {
-    W[static_cast<std::size_t>(k + 3)] = row.axis(k) * inverse;
-    B[static_cast<std::size_t>(k + 3)] = row.J(0, k) * row.r(0) + row.J(1, k) * row.r(1);
+    W[static_cast<std::size_t>(k)] = row.axis(k) * inverse;
+    B[static_cast<std::size_t>(k)] = row.J(0, k) * row.r(0) + row.J(1, k) * row.r(1);
   }
   const Eigen::Matrix<S, 3, 1>& X = row.X_r;
   for (std::array<S, 6>* v : {&W, &B}) {
-    (*v)[0] = (*v)[4] * X(2) - (*v)[5] * X(1);
-    (*v)[1] = (*v)[5] * X(0) - (*v)[3] * X(2);
-    (*v)[2] = (*v)[3] * X(1) - (*v)[4] * X(0);
+    (*v)[3] = (*v)[1] * X(2) - (*v)[2] * X(1);
+    (*v)[4] = (*v)[2] * X(0) - (*v)[0] * X(2);
+    (*v)[5] = (*v)[0] * X(1) - (*v)[1] * X(0);
   }
-  const S cX = B[3] * X(0) + B[4] * X(1) + B[5] * X(2);
+  const S cX = B[0] * X(0) + B[1] * X(1) + B[2] * X(2);
   for (int a = 0; a < 6; ++a) {
-    const auto i = static_cast<std::size_t>(a);
     for (int b = 0; b < 6; ++b) {
+      const auto i = static_cast<std::size_t>(a);
       const auto k = static_cast<std::size_t>(b);
       sum(a, b) += W[i] * B[k] + B[i] * W[k];
-      if (a < 3 && b < 3) sum(a, b) -= S(0.5) * (B[i + 3] * X(b) + X(a) * B[k + 3]);
+      if (a >= 3 && b >= 3) sum(a, b) -= S(0.5) * (B[i - 3] * X(b - 3) + X(a - 3) * B[k - 3]);
     }
-    if (a < 3) sum(a, a) += cX;
+    if (a >= 3) sum(a, a) += cX;
   }
 }
 
@@ -64,11 +64,10 @@ struct IterationLimits {
 };
 
 /// Iterated least squares for a pose over Rodrigues parameters with MSR: Yue, Hou 2010, (8)-(28), as in
-/// cooperative-mono.md. Per feature A = J [[X_r x] | I] against the error state [2dg dt]; solve, g <- dg * g, t <- t + dt,
+/// cooperative-mono.md. Per feature A = J [I | [X_r x]] against the error state [dt 2dg]; solve, g <- dg * g, t <- t + dt,
 /// switch if due, until both corrections are small. Equivalent to Gauss-Newton on the maximum-likelihood cost. Beyond the
-/// paper: once such steps shrink slowly or fail (two minima about to merge: a plane seen face on) they are Newton's, with the
-/// residuals' curvature, where that is positive definite; a step that raises the cost is taken back and damped (Levenberg),
-/// and turns at most by about 60 deg.
+/// paper: a step that raises the cost is halved, and turns at most by about 60 deg; once steps shrink slowly or fail (two minima
+/// about to merge: a plane seen face on) they are Newton's, with the residuals' curvature. The covariance stays (A'A)^-1.
 /// S: double, float or Fixed.
 template <typename S>
 class PoseIteration {
@@ -91,39 +90,32 @@ class PoseIteration {
     if (status != Status::ok) return status;
     S gain_before(0);
     while (iterations_ < limits.max_iterations) {
+      const bool newton = curved_;
       bool convex = true;
-      status = curved_ ? equations_.factorise(curvature_, limits.least_pivot, convex)
-                       : equations_.factorise(S(0), limits.least_pivot);
+      status = newton ? equations_.factorise(curvature_, limits.least_pivot, convex)
+                      : equations_.factorise(limits.least_pivot);
       if (status != Status::ok) return status;
       S gain;
       Step d = equations_.solution(gain);
-      const bool newton = curved_;
       const S rate = gain < gain_before ? std::max(gain / gain_before, S(least_rate)) : S(1);
       const bool converged = convex && (gain * rate < limits.gain || is_small(d, limits.step));
-      curved_ = curved_ || (rate > S(slow_rate) && gain_before > S(0));
+      if (gain_before > S(0) && rate > S(slow_rate)) curved_ = true;
       gain_before = gain;
+      d *= shortening(d, limits.switching);
       const GibbsSet<S> attitude_before = attitude;
       const Vector t_before = t;
-      const S cost_before = equations_.cost();
-      S share = shortening(d, limits.switching);
-      S slope = gain * share;
-      d *= share;
-      for (;;) {
+      const S most_cost = equations_.cost() + limits.cost_slack * (S(1) + equations_.cost());
+      bool lower = false;
+      while (!lower && iterations_ < limits.max_iterations) {
         ++iterations_;
-        apply(d, limits.switching);
-        // The last step needs no look back: it is inside the noise, and so is what it could spoil.
-        if (converged) return newton ? equations_.factorise(S(0), limits.least_pivot) : Status::ok;
-        status = linearise(count, row_of);
-        const S rise = equations_.cost() - cost_before;
-        if (status == Status::ok && rise <= limits.cost_slack * (S(1) + cost_before)) break;
-        if (iterations_ >= limits.max_iterations) return Status::no_convergence;
-        // To where a parabola through what is known is lowest.
-        share = status == Status::ok ? std::max(slope / (rise + slope + slope), S(least_share)) : S(0.5);
-        slope *= share;
-        d *= share;
         attitude = attitude_before;
         t = t_before;
-        curved_ = true;
+        apply(d, limits.switching);
+        // The last step needs no look back: it is inside the noise, and so is what it could spoil.
+        if (converged) return newton ? equations_.factorise(limits.least_pivot) : Status::ok;
+        lower = linearise(count, row_of) == Status::ok && equations_.cost() <= most_cost;
+        if (!lower) curved_ = true;
+        d *= S(0.5);
       }
     }
     return Status::no_convergence;
@@ -135,32 +127,28 @@ class PoseIteration {
     curved_ = false;
     if (count < 3) return Status::too_few_features;
     const Status status = linearise(count, row_of);
-    return status == Status::ok ? equations_.factorise(S(0), least_pivot) : status;
+    return status == Status::ok ? equations_.factorise(least_pivot) : status;
   }
   [[nodiscard]] int iterations() const { return iterations_; }
   /// Sum of squared whitened residuals at the last linearisation.
   [[nodiscard]] S cost() const { return equations_.cost(); }
   /// Of [dt dphi], R_true = Exp([dphi x]) R, from the last factorisation.
   [[nodiscard]] Covariance covariance() const {
-    // Unknowns are [2dg dt] with dphi = -2 dg.
-    const Covariance P = equations_.inverse();
-    Covariance out;
+    // Unknowns are [dt 2dg] with dphi = -2dg.
+    Covariance out = equations_.inverse();
     for (int a = 0; a < 3; ++a) {
-      for (int b = 0; b < 3; ++b) {
-        out(a, b) = P(a + 3, b + 3);
-        out(a, b + 3) = -P(a + 3, b);
-        out(a + 3, b) = -P(a, b + 3);
-        out(a + 3, b + 3) = P(a, b);
+      for (int b = 3; b < 6; ++b) {
+        out(a, b) = -out(a, b);
+        out(b, a) = -out(b, a);
       }
     }
     return out;
   }
 
  private:
-  using Step = Eigen::Matrix<S, 6, 1>;
-  static constexpr double slow_rate = 0.1;       ///< of successive gains, from which on curvature is looked at
-  static constexpr double least_rate = 1e-5;      ///< of successive gains that is relied on
-  static constexpr double least_share = 0.1;
+  using Step = typename NormalEquations<S, 6, Pair<S>>::Vector;
+  static constexpr double least_rate = 1e-5;  ///< of successive gains that is relied on
+  static constexpr double slow_rate = 0.01;   ///< from which on curvature counts: steps that shrink less than tenfold
   static constexpr double largest_dg = 0.5;  ///< of a component of a step, and of dg'g: keeps (10) away from its pole
 
   template <typename RowOf>
@@ -174,8 +162,8 @@ class PoseIteration {
       if (status != Status::ok) return status;
       const Pair<S> a(row.J(0, 0), row.J(1, 0)), b(row.J(0, 1), row.J(1, 1)), c(row.J(0, 2), row.J(1, 2));
       // J' x X_r
-      equations_.add({b * row.X_r(2) - c * row.X_r(1), c * row.X_r(0) - a * row.X_r(2), a * row.X_r(1) - b * row.X_r(0),
-                      a, b, c},
+      equations_.add({a, b, c, b * row.X_r(2) - c * row.X_r(1), c * row.X_r(0) - a * row.X_r(2),
+                      a * row.X_r(1) - b * row.X_r(0)},
                      Pair<S>(row.r(0), row.r(1)));
       equations_.add_cost(row.extra_cost);
       if (curved_) add_curvature(row, curvature_);
@@ -188,10 +176,10 @@ class PoseIteration {
     S largest(0);
     S product(0);
     for (int k = 0; k < 3; ++k) {
-      largest = magnitude(d(k)) > largest ? magnitude(d(k)) : largest;
-      product += d(k) * attitude.g(k);
+      largest = std::max(largest, magnitude(d(k + 3)));
+      product += d(k + 3) * attitude.g(k);
     }
-    if (switching && product > largest) largest = product;  // without it g has no bound and the pole is met anyway
+    if (switching) largest = std::max(largest, product);  // without it g has no bound and the pole is met anyway
     return largest > S(2.0 * largest_dg) ? S(2.0 * largest_dg) / largest : S(1);
   }
   [[nodiscard]] static bool is_small(const Step& d, const S& bound) {
@@ -201,9 +189,9 @@ class PoseIteration {
     return true;
   }
   void apply(const Step& d, bool switching) {
-    attitude.correct(Vector(S(0.5) * d(0), S(0.5) * d(1), S(0.5) * d(2)));
+    attitude.correct(Vector(S(0.5) * d(3), S(0.5) * d(4), S(0.5) * d(5)));
     if (switching) static_cast<void>(attitude.switch_if_due());
-    for (int k = 0; k < 3; ++k) t(k) += d(k + 3);
+    for (int k = 0; k < 3; ++k) t(k) += d(k);
   }
 
   NormalEquations<S, 6, Pair<S>> equations_;

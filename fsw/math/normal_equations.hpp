@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
@@ -38,22 +39,23 @@ class NormalEquations {
   /// Sum of the squared residuals, and of what was added.
   [[nodiscard]] S cost() const { return total(r2_) + added_; }
 
-  /// Factorises A + damping diag(A) = L D L'. rank_deficient: a pivot is at most `least_pivot` of its diagonal element.
-  Status factorise(const S& damping, const S& least_pivot) {
-    load(damping);
-    bool convex = false;
+  /// Factorises A = L D L'. rank_deficient: a pivot is at most `least_pivot` of its diagonal element.
+  Status factorise(const S& least_pivot) {
+    load();
+    bool convex = true;
     const Status status = factorise_loaded(least_pivot, convex);
     return convex ? status : Status::rank_deficient;
   }
-  /// The same of A + curvature + damping diag(A). Not `convex`: a pivot was negative, and has changed its sign. The solution
-  /// still leads down, along such a direction away from where the slope is zero.
+  /// The same of A + curvature. Not `convex`: a pivot was negative, and has changed its sign. The solution leads down still,
+  /// and away from where the cost has a maximum in that direction.
   Status factorise(const Matrix& curvature, const S& least_pivot, bool& convex) {
-    load(S(0));
+    load();
     for (std::size_t c = 0; c < n; ++c) {
       for (std::size_t r = c; r < n; ++r) {
         L_[r][c] += curvature(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
       }
     }
+    convex = true;
     return factorise_loaded(least_pivot, convex);
   }
   /// Of the factorised system. gain: d'b, by which half the cost falls in the quadratic model, times two.
@@ -99,19 +101,20 @@ class NormalEquations {
   }
 
  private:
+  /// Of a pivot that has changed its sign, over the diagonal element: a step must stay in the range of numbers.
+  static constexpr double least_turned = 0.01;
+
   [[nodiscard]] static const S& total(const S& row) { return row; }
   [[nodiscard]] static S total(const Pair<S>& rows) { return rows.first() + rows.second(); }
 
-  void load(const S& damping) {
+  void load() {
     std::size_t at = 0;
     for (std::size_t c = 0; c < n; ++c) {
       for (std::size_t r = c; r < n; ++r) L_[r][c] = total(A_[at++]);
       diagonal_[c] = L_[c][c];
-      L_[c][c] += damping * L_[c][c];
     }
   }
   Status factorise_loaded(const S& least_pivot, bool& convex) {
-    convex = true;
     for (std::size_t c = 0; c < n; ++c) {
       // Column by column to the left; L_[r][k] for k < c already holds L, scaled_[k] = D_k L_[c][k].
       std::array<S, n> scaled;
@@ -122,7 +125,7 @@ class NormalEquations {
       }
       if (pivot < S(0)) {
         convex = false;
-        pivot = -pivot;
+        pivot = std::max(-pivot, S(least_turned) * diagonal_[c]);
       }
       if (!(pivot > least_pivot * diagonal_[c])) return Status::rank_deficient;
       D_[c] = pivot;
