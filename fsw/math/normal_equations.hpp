@@ -116,24 +116,19 @@ class NormalEquations {
   }
   Status factorise_loaded(const S& least_pivot, bool& convex) {
     for (std::size_t c = 0; c < n; ++c) {
-      // Column by column to the left; L_[r][k] for k < c already holds L, scaled_[k] = D_k L_[c][k].
-      std::array<S, n> scaled;
       S pivot = L_[c][c];
-      for (std::size_t k = 0; k < c; ++k) {
-        scaled[k] = D_[k] * L_[c][k];
-        pivot -= scaled[k] * L_[c][k];
-      }
       if (pivot < S(0)) {
         convex = false;
         pivot = std::max(-pivot, S(least_turned) * diagonal_[c]);
       }
       if (!(pivot > least_pivot * diagonal_[c])) return Status::rank_deficient;
-      D_[c] = pivot;
       inverse_[c] = S(1) / pivot;
+      // What is to the right and below, less this column's part.
+      std::array<S, n> column;
       for (std::size_t r = c + 1; r < n; ++r) {
-        S sum = L_[r][c];
-        for (std::size_t k = 0; k < c; ++k) sum -= L_[r][k] * scaled[k];
-        L_[r][c] = sum * inverse_[c];
+        column[r] = L_[r][c];
+        L_[r][c] = column[r] * inverse_[c];
+        for (std::size_t k = c + 1; k <= r; ++k) L_[r][k] -= L_[r][c] * column[k];
       }
     }
     return Status::ok;
@@ -141,9 +136,8 @@ class NormalEquations {
 
   std::array<Row, n*(n + 1) / 2> A_{};  ///< lower triangle, column by column
   std::array<Row, n> b_{};
-  std::array<std::array<S, n>, n> L_{};
-  std::array<S, n> D_{};
-  std::array<S, n> inverse_{};  ///< of D
+  std::array<std::array<S, n>, n> L_{};  ///< under the diagonal
+  std::array<S, n> inverse_{};  ///< of D, the pivots
   std::array<S, n> diagonal_{};  ///< of A
   Row r2_{};
   S added_{0};
