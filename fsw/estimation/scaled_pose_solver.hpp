@@ -19,7 +19,7 @@ struct ScalarTraits;
 
 template <>
 struct ScalarTraits<double> {
-  static constexpr double gain = 1e-10;
+  static constexpr double gain = 1e-13;
   static constexpr double least_gain = 0.0;
   static constexpr double step = 1e-13;
   static constexpr double cost_slack = 1e-12;
@@ -37,8 +37,8 @@ struct ScalarTraits<float> {
 };
 template <int FractionBits>
 struct ScalarTraits<Fixed<FractionBits>> {
-  static constexpr double gain = 1e-10;
-  static constexpr double least_gain = 4.0 / static_cast<double>(std::int64_t{1} << FractionBits);
+  static constexpr double gain = 1e-13;
+  static constexpr double least_gain = 1.0 / static_cast<double>(std::int64_t{1} << FractionBits);
   static constexpr double step = 1e-11;
   static constexpr double cost_slack = 1e-10;
   static constexpr double least_pivot = 1e-11;
@@ -97,10 +97,10 @@ class ScaledRows {
     }
     if (count_ == 0) return Status::too_few_features;
     if (!(length_ > 0.0)) return Status::rank_deficient;
-    // With rows of weight 1 over the largest, an observation adds at most 4 |J|^2 to the diagonal, |J| = sqrt(1 + image^2) /
+    // With rows of weight 1 over the largest, an observation adds at most |J|^2 to the diagonal, |J| = sqrt(1 + image^2) /
     // depth. The cost is largest at the start.
     const double n = count_;
-    const double slope = std::sqrt(4.0 * n * (1.0 + largest_image * largest_image)) * length_ / least_depth;
+    const double slope = std::sqrt(n * (1.0 + largest_image * largest_image)) * length_ / least_depth;
     const double factor = std::min(largest_root / slope, largest_root / std::sqrt(start_cost));
     sigma_ = factor / largest_weight;
 

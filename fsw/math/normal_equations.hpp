@@ -115,6 +115,7 @@ class NormalEquations {
     }
   }
   Status factorise_loaded(const S& least_pivot, bool& convex) {
+#pragma GCC unroll 6
     for (std::size_t c = 0; c < n; ++c) {
       S pivot = L_[c][c];
       if (pivot < S(0)) {
@@ -125,9 +126,11 @@ class NormalEquations {
       inverse_[c] = S(1) / pivot;
       // What is to the right and below, less this column's part.
       std::array<S, n> column;
+#pragma GCC unroll 6
       for (std::size_t r = c + 1; r < n; ++r) {
         column[r] = L_[r][c];
         L_[r][c] = column[r] * inverse_[c];
+#pragma GCC unroll 6
         for (std::size_t k = c + 1; k <= r; ++k) L_[r][k] -= L_[r][c] * column[k];
       }
     }
