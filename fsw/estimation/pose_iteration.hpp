@@ -57,6 +57,7 @@ template <typename S>
 struct IterationLimits {
   int max_iterations = 100;
   S gain;                 ///< converged once the next step would improve the cost by less: with whitened rows, squared sigmas
+  S least_rate = S(1e-5);  ///< by which the next step's gain is taken to be less than this one's, however steps shrank so far
   S step;                 ///< or once no component of a step exceeds this (angle in rad, length)
   S cost_slack;           ///< rounding error of the cost, relative and absolute
   S least_pivot;          ///< under which the normal equations count as singular, relative
@@ -97,7 +98,7 @@ class PoseIteration {
       if (status != Status::ok) return status;
       S gain;
       Step d = equations_.solution(gain);
-      const S rate = gain < gain_before ? std::max(gain / gain_before, S(least_rate)) : S(1);
+      const S rate = gain < gain_before ? std::max(gain / gain_before, limits.least_rate) : S(1);
       const bool converged = convex && (gain * rate < limits.gain || is_small(d, limits.step));
       if (gain_before > S(0) && rate > S(slow_rate)) curved_ = true;
       gain_before = gain;
@@ -147,8 +148,7 @@ class PoseIteration {
 
  private:
   using Step = typename NormalEquations<S, 6, Pair<S>>::Vector;
-  static constexpr double least_rate = 1e-5;  ///< of successive gains that is relied on
-  static constexpr double slow_rate = 0.01;   ///< from which on curvature counts: steps that shrink less than tenfold
+  static constexpr double slow_rate = 0.01;   ///< of successive gains, from which on curvature counts: steps that shrink less than tenfold
   static constexpr double largest_dg = 0.5;  ///< of a component of a step, and of dg'g: keeps (10) away from its pole
 
   template <typename RowOf>

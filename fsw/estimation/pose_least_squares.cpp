@@ -9,7 +9,7 @@
 namespace relnav {
 namespace {
 
-/// Converged when a step improves chi-square by less than this: 1e-5 sigma, and the step after it would be far smaller.
+/// Converged when the next step would improve chi-square by less than this: 3e-7 sigma.
 constexpr double converged_gain = 1e-13;
 constexpr double converged_step = 1e-14;
 constexpr double cost_slack = 1e-12;
@@ -118,8 +118,13 @@ Status solve_pose(const CameraRig& rig, const TargetModel& target, const PoseObs
   PoseIteration<double> iteration;
   iteration.attitude = gibbs_set_of(start.R_CT, settings.switching);
   iteration.t = start.t_CT;
-  const IterationLimits<double> limits{
-      settings.max_iterations, converged_gain, converged_step, cost_slack, least_pivot, settings.switching};
+  IterationLimits<double> limits;
+  limits.max_iterations = settings.max_iterations;
+  limits.gain = converged_gain;
+  limits.step = converged_step;
+  limits.cost_slack = cost_slack;
+  limits.least_pivot = least_pivot;
+  limits.switching = settings.switching;
   const int count = static_cast<int>(rows.count());
   status = iteration.solve(count, rows, limits);
   if (status != Status::ok) return status;

@@ -21,6 +21,7 @@ template <>
 struct ScalarTraits<double> {
   static constexpr double gain = 1e-13;
   static constexpr double least_gain = 0.0;
+  static constexpr double least_rate = 1e-5;
   static constexpr double step = 1e-13;
   static constexpr double cost_slack = 1e-12;
   static constexpr double least_pivot = 1e-13;
@@ -30,6 +31,7 @@ template <>
 struct ScalarTraits<float> {
   static constexpr double gain = 1e-7;
   static constexpr double least_gain = 0.0;
+  static constexpr double least_rate = 1e-5;
   static constexpr double step = 2e-6;
   static constexpr double cost_slack = 1e-5;
   static constexpr double least_pivot = 2e-7;
@@ -37,8 +39,9 @@ struct ScalarTraits<float> {
 };
 template <int FractionBits>
 struct ScalarTraits<Fixed<FractionBits>> {
-  static constexpr double gain = 1e-13;
-  static constexpr double least_gain = 1.0 / static_cast<double>(std::int64_t{1} << FractionBits);
+  static constexpr double gain = 1e-10;
+  static constexpr double least_gain = 4.0 / static_cast<double>(std::int64_t{1} << FractionBits);
+  static constexpr double least_rate = 1.0;  // products of two small gains are lost to rounding
   static constexpr double step = 1e-11;
   static constexpr double cost_slack = 1e-10;
   static constexpr double least_pivot = 1e-11;
@@ -199,6 +202,7 @@ Status solve_scaled_pose(const CameraRig& rig, const TargetModel& target, const 
   IterationLimits<S> limits;
   limits.max_iterations = settings.max_iterations;
   limits.gain = S(std::max(Traits::gain * rows.sigma() * rows.sigma(), Traits::least_gain));
+  limits.least_rate = S(Traits::least_rate);
   limits.step = S(Traits::step);
   limits.cost_slack = S(Traits::cost_slack);
   limits.least_pivot = S(Traits::least_pivot);
