@@ -105,7 +105,7 @@ class PoseIteration {
       d *= shortening(d, limits.switching);
       const GibbsSet<S> attitude_before = attitude;
       const Vector t_before = t;
-      const S most_cost = equations_.cost() + limits.cost_slack * (S(1) + equations_.cost());
+      const S most_cost = cost_ + limits.cost_slack * (S(1) + cost_);
       bool lower = false;
       while (!lower && iterations_ < limits.max_iterations) {
         ++iterations_;
@@ -113,8 +113,11 @@ class PoseIteration {
         t = t_before;
         apply(d, limits.switching);
         // The last step needs no look back: it is inside the noise, and so is what it could spoil.
-        if (converged) return newton ? equations_.factorise(limits.least_pivot) : Status::ok;
-        lower = linearise(count, row_of) == Status::ok && equations_.cost() <= most_cost;
+        if (converged) {
+          cost_ -= gain;
+          return newton ? equations_.factorise(limits.least_pivot) : Status::ok;
+        }
+        lower = linearise(count, row_of) == Status::ok && cost_ <= most_cost;
         if (!lower) curved_ = true;
         d *= S(0.5);
       }
@@ -131,8 +134,8 @@ class PoseIteration {
     return status == Status::ok ? equations_.factorise(least_pivot) : status;
   }
   [[nodiscard]] int iterations() const { return iterations_; }
-  /// Sum of squared whitened residuals at the last linearisation.
-  [[nodiscard]] S cost() const { return equations_.cost(); }
+  /// Sum of squared whitened residuals, and of what robust losses add.
+  [[nodiscard]] const S& cost() const { return cost_; }
   /// Of [dt dphi], R_true = Exp([dphi x]) R, from the last factorisation.
   [[nodiscard]] Covariance covariance() const {
     // Unknowns are [dt 2dg] with dphi = -2dg.
@@ -168,6 +171,7 @@ class PoseIteration {
       equations_.add_cost(row.extra_cost);
       if (curved_) add_curvature(row, curvature_);
     }
+    cost_ = equations_.cost();
     return Status::ok;
   }
   [[nodiscard]] static S magnitude(const S& value) { return value < S(0) ? -value : value; }
@@ -196,6 +200,7 @@ class PoseIteration {
 
   NormalEquations<S, 6, Pair<S>> equations_;
   Covariance curvature_;  ///< of what the equations are of, if curved_
+  S cost_{0};
   bool curved_ = false;
   int iterations_ = 0;
 };

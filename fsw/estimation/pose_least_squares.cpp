@@ -70,7 +70,7 @@ class PixelRows {
   const TargetModel& target_;
   const PoseObservations& observations_;
   double huber_sigma_;
-  std::array<std::uint16_t, config::max_observations> index_{};
+  std::array<std::uint16_t, config::max_observations> index_;
   std::size_t count_ = 0;
 };
 

@@ -211,7 +211,7 @@ Status CameraModel::project(const Vec3& p_C, Vec2& uv_px) const {
   return project(p_C, uv_px, J_uv_p);
 }
 
-Status CameraModel::project(const Vec3& p_C, Vec2& uv_px, Mat23& J_uv_p) const {
+Status CameraModel::project_any(const Vec3& p_C, Vec2& uv_px, Mat23& J_uv_p) const {
   if (!(intrinsics_.fu > 0.0)) return Status::not_configured;
   const double x = p_C.x();
   const double y = p_C.y();
@@ -219,17 +219,6 @@ Status CameraModel::project(const Vec3& p_C, Vec2& uv_px, Mat23& J_uv_p) const {
   if (!(std::isfinite(x) && std::isfinite(y) && std::isfinite(z))) return Status::not_finite;
   const CameraIntrinsics& k = intrinsics_;
   constexpr double min_length = 1e-100;
-  const auto in_front = [&] { return z > min_length && z > 1e-6 * std::max(std::fabs(x), std::fabs(y)); };
-  if (k.model == DistortionModel::none) {
-    if (!in_front()) return Status::behind_camera;
-    const double n_x = x / z;
-    const double n_y = y / z;
-    uv_px = Vec2(k.fu * n_x + k.cu, k.fv * n_y + k.cv);
-    J_uv_p << k.fu * (1.0 / z), 0.0, k.fu * (-n_x / z),  //
-        0.0, k.fv * (1.0 / z), k.fv * (-n_y / z);
-    return Status::ok;
-  }
-
   Vec2 d = Vec2::Zero();
   Mat23 J_d_p = Mat23::Zero();
   if (k.model == DistortionModel::equidistant) {
@@ -250,7 +239,7 @@ Status CameraModel::project(const Vec3& p_C, Vec2& uv_px, Mat23& J_uv_p) const {
     J_d_p.leftCols<2>() = radial_jacobian(ratio, slope * h / length2, direction(a, r)) / size;
     J_d_p.col(2) = (-slope / (length2 * size)) * a;
   } else {
-    if (!in_front()) return Status::behind_camera;
+    if (!(z > min_length) || !(z > 1e-6 * std::max(std::fabs(x), std::fabs(y)))) return Status::behind_camera;
     const Vec2 n(x / z, y / z);
     Mat2 J_d_n = Mat2::Identity();
     d = n;
