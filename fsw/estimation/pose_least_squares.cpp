@@ -23,7 +23,10 @@ class PixelRows {
       : rig_(rig), target_(target), observations_(observations), huber_sigma_(huber_sigma) {}
 
   /// The i-th row is this observation.
-  void use(std::size_t observation) { index_[count_++] = static_cast<std::uint16_t>(observation); }
+  void use(std::size_t observation) {
+    index_[count_] = static_cast<std::uint16_t>(observation);
+    weight_[count_++] = 1.0 / observations_[observation].sigma_px;
+  }
   [[nodiscard]] std::size_t count() const { return count_; }
 
   Status operator()(int i, const Mat3& R_CT, const Vec3& t_CT, PoseRow<double>& row) const {
@@ -47,7 +50,7 @@ class PixelRows {
       row.axis = camera.R_KC.row(2);
       row.depth = p_K.z();
     }
-    double weight = 1.0 / o.sigma_px;
+    double weight = weight_[static_cast<std::size_t>(i)];
     row.r = weight * (o.uv_px - uv_px);
     row.extra_cost = 0.0;
     if (huber_sigma_ > 0.0) {
@@ -71,6 +74,7 @@ class PixelRows {
   const PoseObservations& observations_;
   double huber_sigma_;
   std::array<std::uint16_t, config::max_observations> index_;
+  std::array<double, config::max_observations> weight_;
   std::size_t count_ = 0;
 };
 

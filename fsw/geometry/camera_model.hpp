@@ -62,11 +62,12 @@ class CameraModel {
     if (!is_plain || !(z > 1e-100 && z < 1e100) || !(z > 1e-6 * std::fabs(x) && z > 1e-6 * std::fabs(y))) {
       return project_any(p_C, uv_px, J_uv_p);
     }
-    const double n_x = x / z;
-    const double n_y = y / z;
-    uv_px = Vec2(intrinsics_.fu * n_x + intrinsics_.cu, intrinsics_.fv * n_y + intrinsics_.cv);
-    J_uv_p << intrinsics_.fu * (1.0 / z), 0.0, intrinsics_.fu * (-n_x / z),  //
-        0.0, intrinsics_.fv * (1.0 / z), intrinsics_.fv * (-n_y / z);
+    const double inverse = 1.0 / z;
+    const double u = intrinsics_.fu * (x * inverse);
+    const double v = intrinsics_.fv * (y * inverse);
+    uv_px = Vec2(u + intrinsics_.cu, v + intrinsics_.cv);
+    J_uv_p << intrinsics_.fu * inverse, 0.0, -u * inverse,  //
+        0.0, intrinsics_.fv * inverse, -v * inverse;
     return Status::ok;
   }
 
