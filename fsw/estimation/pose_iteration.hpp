@@ -56,12 +56,12 @@ void add_curvature(const PoseRow<S>& row, Eigen::Matrix<S, 6, 6>& sum) {
 template <typename S>
 struct IterationLimits {
   int max_iterations = 100;
-  S gain;                 ///< converged once the next step would improve the cost by less: with whitened rows, squared sigmas
-  S least_rate = S(1e-5);  ///< by which the next step's gain is taken to be less than this one's, however steps shrank so far
-  S step;                 ///< or once no component of a step exceeds this (angle in rad, length)
-  S cost_slack;           ///< rounding error of the cost, relative and absolute
-  S least_pivot;          ///< under which the normal equations count as singular, relative
-  bool switching = true;  ///< false: stay in the first set, to show what MSR is for
+  S gain;  ///< converged once the next step would improve the cost by less: with whitened rows, squared sigmas
+  S least_rate = S(1e-5);  ///< of a next step's gain over this one's, however fast they shrank so far
+  S step;                  ///< or once no component of a step exceeds this (angle in rad, length)
+  S cost_slack;            ///< rounding error of the cost, relative and absolute
+  S least_pivot;           ///< under which the normal equations count as singular, relative
+  bool switching = true;   ///< false: stay in the first set, to show what MSR is for
 };
 
 /// Iterated least squares for a pose over Rodrigues parameters with MSR: Yue, Hou 2010, (8)-(28), as in
@@ -91,10 +91,9 @@ class PoseIteration {
     if (status != Status::ok) return status;
     S gain_before(0);
     while (iterations_ < limits.max_iterations) {
-      const bool newton = curved_;
       bool convex = true;
-      status = newton ? equations_.factorise(curvature_, limits.least_pivot, convex)
-                      : equations_.factorise(limits.least_pivot);
+      const bool newton = curved_ && equations_.factorise(curvature_, limits.least_pivot, convex) == Status::ok;
+      if (!newton) status = equations_.factorise(limits.least_pivot);
       if (status != Status::ok) return status;
       S gain;
       Step d = equations_.solution(gain);
@@ -114,7 +113,7 @@ class PoseIteration {
         apply(d, limits.switching);
         // The last step needs no look back: it is inside the noise, and so is what it could spoil.
         if (converged) {
-          cost_ -= gain;
+          cost_ = std::max(cost_ - gain, S(0));
           return newton ? equations_.factorise(limits.least_pivot) : Status::ok;
         }
         lower = linearise(count, row_of) == Status::ok && cost_ <= most_cost;
@@ -151,7 +150,7 @@ class PoseIteration {
 
  private:
   using Step = typename NormalEquations<S, 6, Pair<S>>::Vector;
-  static constexpr double slow_rate = 0.01;   ///< of successive gains, from which on curvature counts: steps that shrink less than tenfold
+  static constexpr double slow_rate = 0.01;  ///< of successive gains: steps that shrink less than tenfold
   static constexpr double largest_dg = 0.5;  ///< of a component of a step, and of dg'g: keeps (10) away from its pole
 
   template <typename RowOf>
@@ -165,9 +164,9 @@ class PoseIteration {
       if (status != Status::ok) return status;
       const Pair<S> a(row.J(0, 0), row.J(1, 0)), b(row.J(0, 1), row.J(1, 1)), c(row.J(0, 2), row.J(1, 2));
       // J' x X_r
-      equations_.add({a, b, c, b * row.X_r(2) - c * row.X_r(1), c * row.X_r(0) - a * row.X_r(2),
-                      a * row.X_r(1) - b * row.X_r(0)},
-                     Pair<S>(row.r(0), row.r(1)));
+      equations_.add(
+          {a, b, c, b * row.X_r(2) - c * row.X_r(1), c * row.X_r(0) - a * row.X_r(2), a * row.X_r(1) - b * row.X_r(0)},
+          Pair<S>(row.r(0), row.r(1)));
       equations_.add_cost(row.extra_cost);
       if (curved_) add_curvature(row, curvature_);
     }

@@ -140,8 +140,8 @@ class NormalEquations {
   std::array<Row, n*(n + 1) / 2> A_{};  ///< lower triangle, column by column
   std::array<Row, n> b_{};
   std::array<std::array<S, n>, n> L_;  ///< under the diagonal
-  std::array<S, n> inverse_;  ///< of D, the pivots
-  std::array<S, n> diagonal_;  ///< of A
+  std::array<S, n> inverse_;           ///< of D, the pivots
+  std::array<S, n> diagonal_;          ///< of A
   Row r2_{};
   S added_{0};
 };
