@@ -1,4 +1,5 @@
 #pragma once
+#include <algorithm>
 #include <array>
 
 #include "fsw/attitude/msr.hpp"
@@ -15,24 +16,59 @@ struct PoseRow {
   Eigen::Matrix<S, 2, 3> J;
   Eigen::Matrix<S, 2, 1> r;
   S extra_cost = S(0);  ///< cost beyond r'r, of a robust loss
+  /// How J changes with the point: row j' by -(axis j' + j axis') / depth. Exactly so for a pinhole, with its axis in C0.
+  Eigen::Matrix<S, 3, 1> axis;
+  S depth;
 };
+
+/// Adds what a row's residual contributes to the Hessian of half the cost beyond A'A, for the error state [dt 2dg]: -r h''.
+/// With c = J'r and C(dg) X_r = X_r + X_r x 2dg + (2dg (2dg'X_r) - X_r 2dg'2dg) / 2 + ...:
+/// -r h'' = W B' + B W' for the image of a point, B = [c, c x X_r], W = [axis, axis x X_r] / depth, and
+/// c'X_r I - (c X_r' + X_r c') / 2 for the rotation.
+template <typename S>
+void add_curvature(const PoseRow<S>& row, Eigen::Matrix<S, 6, 6>& sum) {
+  const S inverse = S(1) / row.depth;
+  std::array<S, 6> W;
+  std::array<S, 6> B;
+  for (int k = 0; k < 3; ++k) {
+    W[static_cast<std::size_t>(k)] = row.axis(k) * inverse;
+    B[static_cast<std::size_t>(k)] = row.J(0, k) * row.r(0) + row.J(1, k) * row.r(1);
+  }
+  const Eigen::Matrix<S, 3, 1>& X = row.X_r;
+  for (std::array<S, 6>* v : {&W, &B}) {
+    (*v)[3] = (*v)[1] * X(2) - (*v)[2] * X(1);
+    (*v)[4] = (*v)[2] * X(0) - (*v)[0] * X(2);
+    (*v)[5] = (*v)[0] * X(1) - (*v)[1] * X(0);
+  }
+  const S cX = B[0] * X(0) + B[1] * X(1) + B[2] * X(2);
+  for (int a = 0; a < 6; ++a) {
+    for (int b = 0; b < 6; ++b) {
+      const auto i = static_cast<std::size_t>(a);
+      const auto k = static_cast<std::size_t>(b);
+      sum(a, b) += W[i] * B[k] + B[i] * W[k];
+      if (a >= 3 && b >= 3) sum(a, b) -= S(0.5) * (B[i - 3] * X(b - 3) + X(a - 3) * B[k - 3]);
+    }
+    if (a >= 3) sum(a, a) += cX;
+  }
+}
 
 /// When to stop. Lengths are in the unit of t.
 template <typename S>
 struct IterationLimits {
   int max_iterations = 100;
-  S gain;                 ///< converged once a step improves the cost by less: with whitened rows, squared sigmas
-  S step;                 ///< or once no component of a step exceeds this (half angle in rad, length)
-  S cost_slack;           ///< rounding error of the cost, relative and absolute
-  S least_pivot;          ///< under which the normal equations count as singular, relative
-  S fair_gain = S(0);     ///< good enough when max_iterations are over
-  bool switching = true;  ///< false: stay in the first set, to show what MSR is for
+  S gain;  ///< converged once the next step would improve the cost by less: with whitened rows, squared sigmas
+  S least_rate = S(1e-5);  ///< of a next step's gain over this one's, however fast they shrank so far
+  S step;                  ///< or once no component of a step exceeds this (angle in rad, length)
+  S cost_slack;            ///< rounding error of the cost, relative and absolute
+  S least_pivot;           ///< under which the normal equations count as singular, relative
+  bool switching = true;   ///< false: stay in the first set, to show what MSR is for
 };
 
 /// Iterated least squares for a pose over Rodrigues parameters with MSR: Yue, Hou 2010, (8)-(28), as in
-/// cooperative-mono.md. Per feature A = J [2 [X_r x] | I] against the error state [dg dt]; solve, g <- dg * g, t <- t + dt,
+/// cooperative-mono.md. Per feature A = J [I | [X_r x]] against the error state [dt 2dg]; solve, g <- dg * g, t <- t + dt,
 /// switch if due, until both corrections are small. Equivalent to Gauss-Newton on the maximum-likelihood cost. Beyond the
-/// paper: a step that raises the cost is taken back and damped (Levenberg), and turns at most by about 60 deg.
+/// paper: a step that raises the cost is halved, and turns at most by about 60 deg; once steps shrink slowly or fail (two minima
+/// about to merge: a plane seen face on) they are Newton's, with the residuals' curvature. The covariance stays (A'A)^-1.
 /// S: double, float or Fixed.
 template <typename S>
 class PoseIteration {
@@ -50,115 +86,91 @@ class PoseIteration {
   Status solve(int count, const RowOf& row_of, const IterationLimits<S>& limits) {
     iterations_ = 0;
     if (count < 3) return Status::too_few_features;
+    curved_ = false;
     Status status = linearise(count, row_of);
     if (status != Status::ok) return status;
-    S damping(0);
-    Step d_plain;
-    S gain_plain(0);
-    S gain(0);
-    S next_factor(1);
-    bool plain = false;  // the last step was one as solved, taken, and is d_plain
-    for (iterations_ = 1; iterations_ <= limits.max_iterations; ++iterations_) {
-      status = equations_.factorise(damping, limits.least_pivot);
+    S gain_before(0);
+    while (iterations_ < limits.max_iterations) {
+      bool convex = true;
+      const bool newton = curved_ && equations_.factorise(curvature_, limits.least_pivot, convex) == Status::ok;
+      if (!newton) status = equations_.factorise(limits.least_pivot);
       if (status != Status::ok) return status;
+      S gain;
       Step d = equations_.solution(gain);
-      // The last step needs no look back: it is inside the noise, and so is what it could spoil.
-      const bool converged = gain < limits.gain || is_small(d, limits.step);
-      // Steps that shrink slowly (two minima about to merge: a plane seen face on) go on like a geometric series: its sum.
-      S factor = next_factor;
-      next_factor = S(1);
-      const S rate = plain ? equations_.descent(d_plain) / gain_plain : S(0);
-      if (magnitude(rate) > S(slow_rate)) factor = S(1) / (S(1) - (rate < S(most_rate) ? rate : S(most_rate)));
-      d *= factor;
-      const S kept = shortening(d, limits.switching);
-      d *= kept;
-      plain = !(damping > S(0)) && !(factor < S(1)) && !(factor > S(1)) && !(kept < S(1)) && gain > S(0);
-      d_plain = d;
-      gain_plain = gain;
+      const S rate = gain < gain_before ? std::max(gain / gain_before, limits.least_rate) : S(1);
+      const bool converged = convex && (gain * rate < limits.gain || is_small(d, limits.step));
+      if (gain_before > S(0) && rate > S(slow_rate)) curved_ = true;
+      gain_before = gain;
+      d *= shortening(d, limits.switching);
       const GibbsSet<S> attitude_before = attitude;
       const Vector t_before = t;
-      const NormalEquations<S, 6> equations_before = equations_;
-      apply(d, limits.switching);
-      if (converged && !(damping > S(0))) return Status::ok;
-      status = linearise(count, row_of);
-      const S& before = equations_before.cost();
-      if (status == Status::ok && equations_.cost() <= before + limits.cost_slack * (S(1) + before)) {
-        damping = damping > S(least_damping) ? damping * S(0.1) : S(0);
-        continue;
+      const S most_cost = cost_ + limits.cost_slack * (S(1) + cost_);
+      bool lower = false;
+      while (!lower && iterations_ < limits.max_iterations) {
+        ++iterations_;
+        attitude = attitude_before;
+        t = t_before;
+        apply(d, limits.switching);
+        // The last step needs no look back: it is inside the noise, and so is what it could spoil.
+        if (converged) {
+          cost_ = std::max(cost_ - gain, S(0));
+          return newton ? equations_.factorise(limits.least_pivot) : Status::ok;
+        }
+        lower = linearise(count, row_of) == Status::ok && cost_ <= most_cost;
+        if (!lower) curved_ = true;
+        d *= S(0.5);
       }
-      // Too far, seen by the slope where it led: as far as the secant says. Damping is for what that does not help.
-      const S overshoot = plain && status == Status::ok ? -equations_.descent(d) / gain : S(0);
-      attitude = attitude_before;
-      t = t_before;
-      equations_ = equations_before;
-      plain = false;
-      if (overshoot > S(0) && overshoot < S(most_overshoot)) {
-        next_factor = S(1) / (S(1) + overshoot);
-        continue;
-      }
-      damping = damping > S(0) ? damping * S(10.0) : S(first_damping);
-      if (damping > S(most_damping)) return Status::no_convergence;
     }
-    iterations_ = limits.max_iterations;
-    return !(damping > S(fair_damping)) && gain < limits.fair_gain ? Status::ok : Status::no_convergence;
+    return Status::no_convergence;
   }
   /// Cost and covariance where attitude and t stand. rank_deficient, or what row_of says.
   template <typename RowOf>
   Status assess(int count, const RowOf& row_of, const S& least_pivot) {
     iterations_ = 0;
+    curved_ = false;
     if (count < 3) return Status::too_few_features;
     const Status status = linearise(count, row_of);
-    return status == Status::ok ? equations_.factorise(S(0), least_pivot) : status;
+    return status == Status::ok ? equations_.factorise(least_pivot) : status;
   }
   [[nodiscard]] int iterations() const { return iterations_; }
-  /// Sum of squared whitened residuals at the last linearisation.
-  [[nodiscard]] const S& cost() const { return equations_.cost(); }
+  /// Sum of squared whitened residuals, and of what robust losses add.
+  [[nodiscard]] const S& cost() const { return cost_; }
   /// Of [dt dphi], R_true = Exp([dphi x]) R, from the last factorisation.
   [[nodiscard]] Covariance covariance() const {
-    // Unknowns are [dg dt] with dphi = -2 dg.
-    const Covariance P = equations_.inverse();
-    Covariance out;
+    // Unknowns are [dt 2dg] with dphi = -2dg.
+    Covariance out = equations_.inverse();
     for (int a = 0; a < 3; ++a) {
-      for (int b = 0; b < 3; ++b) {
-        out(a, b) = P(a + 3, b + 3);
-        out(a, b + 3) = -(P(a + 3, b) + P(a + 3, b));
-        out(a + 3, b) = -(P(a, b + 3) + P(a, b + 3));
-        const S two = P(a, b) + P(a, b);
-        out(a + 3, b + 3) = two + two;
+      for (int b = 3; b < 6; ++b) {
+        out(a, b) = -out(a, b);
+        out(b, a) = -out(b, a);
       }
     }
     return out;
   }
 
  private:
-  using Step = typename NormalEquations<S, 6>::Vector;
-  static constexpr double least_damping = 1e-6;
-  static constexpr double first_damping = 1e-3;
-  static constexpr double most_damping = 1e6;
-  static constexpr double fair_damping = 0.1;    ///< up to which a small gain still means a near optimum
-  static constexpr double slow_rate = 0.5;       ///< of successive steps, from which on they are summed
-  static constexpr double most_rate = 0.99;      ///< at most 100 steps in one
-  static constexpr double most_overshoot = 4.0;  ///< of a step's gain; beyond, far from the optimum, it is damped
+  using Step = typename NormalEquations<S, 6, Pair<S>>::Vector;
+  static constexpr double slow_rate = 0.01;  ///< of successive gains: steps that shrink less than tenfold
   static constexpr double largest_dg = 0.5;  ///< of a component of a step, and of dg'g: keeps (10) away from its pole
 
   template <typename RowOf>
   Status linearise(int count, const RowOf& row_of) {
     equations_.clear();
+    if (curved_) curvature_ = Covariance::Constant(S(0));
     const Eigen::Matrix<S, 3, 3> R_CT = attitude.dcm();
     PoseRow<S> row;
     for (int i = 0; i < count; ++i) {
       const Status status = row_of(i, R_CT, t, row);
       if (status != Status::ok) return status;
-      for (int k = 0; k < 2; ++k) {
-        const S a = row.J(k, 0), b = row.J(k, 1), c = row.J(k, 2);
-        // a' 2 [X_r x]
-        const S x = b * row.X_r(2) - c * row.X_r(1);
-        const S y = c * row.X_r(0) - a * row.X_r(2);
-        const S z = a * row.X_r(1) - b * row.X_r(0);
-        equations_.add({x + x, y + y, z + z, a, b, c}, row.r(k));
-      }
+      const Pair<S> a(row.J(0, 0), row.J(1, 0)), b(row.J(0, 1), row.J(1, 1)), c(row.J(0, 2), row.J(1, 2));
+      // J' x X_r
+      equations_.add(
+          {a, b, c, b * row.X_r(2) - c * row.X_r(1), c * row.X_r(0) - a * row.X_r(2), a * row.X_r(1) - b * row.X_r(0)},
+          Pair<S>(row.r(0), row.r(1)));
       equations_.add_cost(row.extra_cost);
+      if (curved_) add_curvature(row, curvature_);
     }
+    cost_ = equations_.cost();
     return Status::ok;
   }
   [[nodiscard]] static S magnitude(const S& value) { return value < S(0) ? -value : value; }
@@ -167,11 +179,11 @@ class PoseIteration {
     S largest(0);
     S product(0);
     for (int k = 0; k < 3; ++k) {
-      largest = magnitude(d(k)) > largest ? magnitude(d(k)) : largest;
-      product += d(k) * attitude.g(k);
+      largest = std::max(largest, magnitude(d(k + 3)));
+      product += d(k + 3) * attitude.g(k);
     }
-    if (switching && product > largest) largest = product;  // without it g has no bound and the pole is met anyway
-    return largest > S(largest_dg) ? S(largest_dg) / largest : S(1);
+    if (switching) largest = std::max(largest, product);  // without it g has no bound and the pole is met anyway
+    return largest > S(2.0 * largest_dg) ? S(2.0 * largest_dg) / largest : S(1);
   }
   [[nodiscard]] static bool is_small(const Step& d, const S& bound) {
     for (int k = 0; k < 6; ++k) {
@@ -180,12 +192,15 @@ class PoseIteration {
     return true;
   }
   void apply(const Step& d, bool switching) {
-    attitude.correct(Vector(d(0), d(1), d(2)));
+    attitude.correct(Vector(S(0.5) * d(3), S(0.5) * d(4), S(0.5) * d(5)));
     if (switching) static_cast<void>(attitude.switch_if_due());
-    for (int k = 0; k < 3; ++k) t(k) += d(k + 3);
+    for (int k = 0; k < 3; ++k) t(k) += d(k);
   }
 
-  NormalEquations<S, 6> equations_;
+  NormalEquations<S, 6, Pair<S>> equations_;
+  Covariance curvature_;  ///< of what the equations are of, if curved_
+  S cost_{0};
+  bool curved_ = false;
   int iterations_ = 0;
 };
 

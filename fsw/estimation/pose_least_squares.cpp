@@ -9,11 +9,8 @@
 namespace relnav {
 namespace {
 
-/// Converged when a step improves chi-square by less than this: 1e-5 sigma, and the step after it would be far smaller.
-constexpr double converged_gain = 1e-10;
-/// After max_iterations: steps within a hundredth of a sigma. Where two minima are about to merge, in two directions at
-/// once, no more can be had from first derivatives.
-constexpr double fair_gain = 1e-4;
+/// Converged when the next step would improve chi-square by less than this: 3e-7 sigma.
+constexpr double converged_gain = 1e-13;
 constexpr double converged_step = 1e-14;
 constexpr double cost_slack = 1e-12;
 /// Rounding leaves up to 1.3e-9 of features on a line (27 000 random ones); three features with T's origin tens of their
@@ -26,7 +23,10 @@ class PixelRows {
       : rig_(rig), target_(target), observations_(observations), huber_sigma_(huber_sigma) {}
 
   /// The i-th row is this observation.
-  void use(std::size_t observation) { index_[count_++] = static_cast<std::uint16_t>(observation); }
+  void use(std::size_t observation) {
+    index_[count_] = static_cast<std::uint16_t>(observation);
+    weight_[count_++] = 1.0 / observations_[observation].sigma_px;
+  }
   [[nodiscard]] std::size_t count() const { return count_; }
 
   Status operator()(int i, const Mat3& R_CT, const Vec3& t_CT, PoseRow<double>& row) const {
@@ -40,12 +40,17 @@ class PixelRows {
       const Status status = camera.model.project(p_C, uv_px, J_uv_p);
       if (status != Status::ok) return status;
       row.J = J_uv_p;
+      row.axis = Vec3::UnitZ();
+      row.depth = p_C.z();
     } else {
-      const Status status = camera.model.project(Vec3(camera.R_KC * p_C + camera.t_KC), uv_px, J_uv_p);
+      const Vec3 p_K = camera.R_KC * p_C + camera.t_KC;
+      const Status status = camera.model.project(p_K, uv_px, J_uv_p);
       if (status != Status::ok) return status;
       row.J = J_uv_p * camera.R_KC;
+      row.axis = camera.R_KC.row(2);
+      row.depth = p_K.z();
     }
-    double weight = 1.0 / o.sigma_px;
+    double weight = weight_[static_cast<std::size_t>(i)];
     row.r = weight * (o.uv_px - uv_px);
     row.extra_cost = 0.0;
     if (huber_sigma_ > 0.0) {
@@ -68,7 +73,8 @@ class PixelRows {
   const TargetModel& target_;
   const PoseObservations& observations_;
   double huber_sigma_;
-  std::array<std::uint16_t, config::max_observations> index_{};
+  std::array<std::uint16_t, config::max_observations> index_;
+  std::array<double, config::max_observations> weight_;
   std::size_t count_ = 0;
 };
 
@@ -116,8 +122,13 @@ Status solve_pose(const CameraRig& rig, const TargetModel& target, const PoseObs
   PoseIteration<double> iteration;
   iteration.attitude = gibbs_set_of(start.R_CT, settings.switching);
   iteration.t = start.t_CT;
-  const IterationLimits<double> limits{
-      settings.max_iterations, converged_gain, converged_step, cost_slack, least_pivot, fair_gain, settings.switching};
+  IterationLimits<double> limits;
+  limits.max_iterations = settings.max_iterations;
+  limits.gain = converged_gain;
+  limits.step = converged_step;
+  limits.cost_slack = cost_slack;
+  limits.least_pivot = least_pivot;
+  limits.switching = settings.switching;
   const int count = static_cast<int>(rows.count());
   status = iteration.solve(count, rows, limits);
   if (status != Status::ok) return status;

@@ -13,13 +13,12 @@ using ObservationMask = std::array<bool, config::max_observations>;
 struct PoseSolverSettings {
   double huber_sigma = 0.0;  ///< residual, in sigmas, from which on the loss grows linearly; 0: it is quadratic
   bool switching = true;     ///< of the Rodrigues sets; off only to show what it is for
-  int max_iterations = 100;  ///< 4 or 5 as a rule; a plane seen nearly face on, whose two minima merge, takes more
+  int max_iterations = 100;  ///< 4 or 5 as a rule; up to some 30 of a plane seen nearly face on, whose two minima merge
 };
 
 /// Maximum-likelihood pose of a target in one or more cameras, started from a pose that lies in its basin (some tens of
-/// degrees wide): PoseIteration over pixel residuals, distortion included. At the optimum to about 1e-7 sigma, or 0.01 where
-/// two minima are about to merge; reaches the Cramer-Rao bound (cooperative-mono.md). covariance and chi2 belong to the
-/// observations used.
+/// degrees wide): PoseIteration over pixel residuals, distortion included. At the optimum to 1e-6 sigma; reaches the
+/// Cramer-Rao bound (cooperative-mono.md). covariance and chi2 belong to the observations used.
 /// ok; invalid_argument: an index outside of the rig or the target, sigma not positive; too_few_features: fewer than 3 used;
 /// rank_deficient: they do not determine the pose (collinear, or one point seen often); behind_camera, outside_domain: at
 /// the start a feature has no image; no_convergence. `out` is untouched unless ok.

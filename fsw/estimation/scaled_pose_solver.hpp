@@ -19,8 +19,9 @@ struct ScalarTraits;
 
 template <>
 struct ScalarTraits<double> {
-  static constexpr double gain = 1e-10;
+  static constexpr double gain = 1e-13;
   static constexpr double least_gain = 0.0;
+  static constexpr double least_rate = 1e-5;
   static constexpr double step = 1e-13;
   static constexpr double cost_slack = 1e-12;
   static constexpr double least_pivot = 1e-13;
@@ -30,6 +31,7 @@ template <>
 struct ScalarTraits<float> {
   static constexpr double gain = 1e-7;
   static constexpr double least_gain = 0.0;
+  static constexpr double least_rate = 1e-5;
   static constexpr double step = 2e-6;
   static constexpr double cost_slack = 1e-5;
   static constexpr double least_pivot = 2e-7;
@@ -39,6 +41,7 @@ template <int FractionBits>
 struct ScalarTraits<Fixed<FractionBits>> {
   static constexpr double gain = 1e-10;
   static constexpr double least_gain = 4.0 / static_cast<double>(std::int64_t{1} << FractionBits);
+  static constexpr double least_rate = 1.0;  // products of two small gains are lost to rounding
   static constexpr double step = 1e-11;
   static constexpr double cost_slack = 1e-10;
   static constexpr double least_pivot = 1e-11;
@@ -97,10 +100,10 @@ class ScaledRows {
     }
     if (count_ == 0) return Status::too_few_features;
     if (!(length_ > 0.0)) return Status::rank_deficient;
-    // With rows of weight 1 over the largest, an observation adds at most 4 |J|^2 to the diagonal, |J| = sqrt(1 + image^2) /
+    // With rows of weight 1 over the largest, an observation adds at most |J|^2 to the diagonal, |J| = sqrt(1 + image^2) /
     // depth. The cost is largest at the start.
     const double n = count_;
-    const double slope = std::sqrt(4.0 * n * (1.0 + largest_image * largest_image)) * length_ / least_depth;
+    const double slope = std::sqrt(n * (1.0 + largest_image * largest_image)) * length_ / least_depth;
     const double factor = std::min(largest_root / slope, largest_root / std::sqrt(start_cost));
     sigma_ = factor / largest_weight;
 
@@ -130,6 +133,8 @@ class ScaledRows {
     const S inverse = S(1) / p_K(2);
     const S x = p_K(0) * inverse, y = p_K(1) * inverse;
     const S dx = row.xy(0) - x, dy = row.xy(1) - y;
+    for (int k = 0; k < 3; ++k) out.axis(k) = R(2, k);
+    out.depth = p_K(2);
     for (int k = 0; k < 2; ++k) {
       const S a = row.weight(k, 0), b = row.weight(k, 1);
       out.r(k) = a * dx + b * dy;
@@ -197,6 +202,7 @@ Status solve_scaled_pose(const CameraRig& rig, const TargetModel& target, const 
   IterationLimits<S> limits;
   limits.max_iterations = settings.max_iterations;
   limits.gain = S(std::max(Traits::gain * rows.sigma() * rows.sigma(), Traits::least_gain));
+  limits.least_rate = S(Traits::least_rate);
   limits.step = S(Traits::step);
   limits.cost_slack = S(Traits::cost_slack);
   limits.least_pivot = S(Traits::least_pivot);

@@ -211,7 +211,7 @@ Status CameraModel::project(const Vec3& p_C, Vec2& uv_px) const {
   return project(p_C, uv_px, J_uv_p);
 }
 
-Status CameraModel::project(const Vec3& p_C, Vec2& uv_px, Mat23& J_uv_p) const {
+Status CameraModel::project_any(const Vec3& p_C, Vec2& uv_px, Mat23& J_uv_p) const {
   if (!(intrinsics_.fu > 0.0)) return Status::not_configured;
   const double x = p_C.x();
   const double y = p_C.y();
@@ -221,7 +221,6 @@ Status CameraModel::project(const Vec3& p_C, Vec2& uv_px, Mat23& J_uv_p) const {
   constexpr double min_length = 1e-100;
   Vec2 d = Vec2::Zero();
   Mat23 J_d_p = Mat23::Zero();
-
   if (k.model == DistortionModel::equidistant) {
     // Scaled to a largest component of 1, so that nothing overflows.
     const double size = std::max(std::max(std::fabs(x), std::fabs(y)), std::fabs(z));

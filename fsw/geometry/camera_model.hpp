@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cmath>
 #include <cstdint>
 
 #include "fsw/base/expected.hpp"
@@ -52,7 +53,23 @@ class CameraModel {
   /// the domain, or |p_C| <= 1e-100); outside_domain; no_convergence. On an error the outputs are untouched.
   Status project(const Vec3& p_C, Vec2& uv_px) const;
   /// Also J_uv_p = d uv_px / d p_C, pixels per unit of p_C.
-  Status project(const Vec3& p_C, Vec2& uv_px, Mat23& J_uv_p) const;
+  Status project(const Vec3& p_C, Vec2& uv_px, Mat23& J_uv_p) const {
+    const double x = p_C.x();
+    const double y = p_C.y();
+    const double z = p_C.z();
+    // Most poses are of such points, many times over: in line.
+    const bool is_plain = intrinsics_.model == DistortionModel::none && intrinsics_.fu > 0.0;
+    if (!is_plain || !(z > 1e-100 && z < 1e100) || !(z > 1e-6 * std::fabs(x) && z > 1e-6 * std::fabs(y))) {
+      return project_any(p_C, uv_px, J_uv_p);
+    }
+    const double inverse = 1.0 / z;
+    const double u = intrinsics_.fu * (x * inverse);
+    const double v = intrinsics_.fv * (y * inverse);
+    uv_px = Vec2(u + intrinsics_.cu, v + intrinsics_.cv);
+    J_uv_p << intrinsics_.fu * inverse, 0.0, -u * inverse,  //
+        0.0, intrinsics_.fv * inverse, -v * inverse;
+    return Status::ok;
+  }
 
   /// Viewing ray of a pixel in C: with z = 1, except equidistant: of unit length, as it may lie beyond 90 deg.
   /// not_configured; not_finite; outside_domain; no_convergence. On an error the outputs are untouched.
@@ -70,6 +87,8 @@ class CameraModel {
   [[nodiscard]] double domain_limit() const { return domain_limit_; }
 
  private:
+  Status project_any(const Vec3& p_C, Vec2& uv_px, Mat23& J_uv_p) const;
+
   CameraIntrinsics intrinsics_;
   double domain_limit_ = 0.0;
   double range_limit_ = 0.0;  // value of the radial polynomial at domain_limit_

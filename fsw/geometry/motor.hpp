@@ -97,7 +97,7 @@ class TranslatorEquations {
   }
   /// rank_deficient: all lines are parallel.
   Status solve(const S& least_pivot, Vector& t_CT) {
-    const Status status = equations_.factorise(S(0), least_pivot);
+    const Status status = equations_.factorise(least_pivot);
     if (status != Status::ok) return status;
     S gain;
     t_CT = equations_.solution(gain);

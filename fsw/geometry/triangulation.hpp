@@ -22,7 +22,7 @@ Status triangulate(const Eigen::Matrix<S, 2, 1>& xy_1, const Eigen::Matrix<S, 2,
     equations.add({v * R_KC(2, 0) - R_KC(k, 0), v * R_KC(2, 1) - R_KC(k, 1), v * R_KC(2, 2) - R_KC(k, 2)},
                   t_KC(k) - v * t_KC(2));
   }
-  const Status status = equations.factorise(S(0), least_pivot);
+  const Status status = equations.factorise(least_pivot);
   if (status != Status::ok) return status;
   S gain;
   p_C = equations.solution(gain);

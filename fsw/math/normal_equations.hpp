@@ -1,15 +1,18 @@
 #pragma once
+#include <algorithm>
 #include <array>
 #include <cstddef>
 
 #include <Eigen/Core>
 
 #include "fsw/base/status.hpp"
+#include "fsw/math/pair.hpp"
 
 namespace relnav {
 
-/// Normal equations of a small weighted least-squares problem, N unknowns, for any scalar. Rows come whitened.
-template <typename S, int N>
+/// Normal equations of a small weighted least-squares problem, N unknowns, for any scalar. Rows come whitened, one by one or
+/// (Row = Pair<S>) two by two.
+template <typename S, int N, typename Row = S>
 class NormalEquations {
   static constexpr std::size_t n = static_cast<std::size_t>(N);
 
@@ -18,56 +21,49 @@ class NormalEquations {
   using Matrix = Eigen::Matrix<S, N, N>;
 
   void clear() {
-    A_.fill(S(0));
-    b_.fill(S(0));
-    cost_ = S(0);
+    A_.fill(Row());
+    b_.fill(Row());
+    r2_ = Row();
+    added_ = S(0);
   }
-  /// Adds the row `j` d = r.
-  void add(const std::array<S, n>& j, const S& r) {
+  /// Adds the row or rows `j` d = r.
+  void add(const std::array<Row, n>& j, const Row& r) {
     std::size_t at = 0;
     for (std::size_t c = 0; c < n; ++c) {
       for (std::size_t k = c; k < n; ++k) A_[at++] += j[k] * j[c];
       b_[c] += j[c] * r;
     }
-    cost_ += r * r;
+    r2_ += r * r;
   }
-  void add_cost(const S& cost) { cost_ += cost; }
+  void add_cost(const S& cost) { added_ += cost; }
   /// Sum of the squared residuals, and of what was added.
-  [[nodiscard]] const S& cost() const { return cost_; }
+  [[nodiscard]] S cost() const { return total(r2_) + added_; }
 
-  /// Factorises A + damping diag(A) = L D L'. rank_deficient: a pivot is at most `least_pivot` of its diagonal element.
-  Status factorise(const S& damping, const S& least_pivot) {
-    std::size_t at = 0;
+  /// Factorises A = L D L'. rank_deficient: a pivot is at most `least_pivot` of its diagonal element.
+  Status factorise(const S& least_pivot) {
+    load();
+    bool convex = true;
+    const Status status = factorise_loaded(least_pivot, convex);
+    return convex ? status : Status::rank_deficient;
+  }
+  /// The same of A + curvature. Not `convex`: a pivot was negative, and has changed its sign. The solution leads down still,
+  /// and away from where the cost has a maximum in that direction.
+  Status factorise(const Matrix& curvature, const S& least_pivot, bool& convex) {
+    load();
     for (std::size_t c = 0; c < n; ++c) {
-      for (std::size_t r = c; r < n; ++r) L_[r][c] = A_[at++];
-      L_[c][c] += damping * L_[c][c];
-    }
-    for (std::size_t c = 0; c < n; ++c) {
-      const S diagonal = L_[c][c];
-      // Column by column to the left; L_[r][k] for k < c already holds L, scaled_[k] = D_k L_[c][k].
-      std::array<S, n> scaled;
-      S pivot = diagonal;
-      for (std::size_t k = 0; k < c; ++k) {
-        scaled[k] = D_[k] * L_[c][k];
-        pivot -= scaled[k] * L_[c][k];
-      }
-      if (!(pivot > least_pivot * diagonal)) return Status::rank_deficient;
-      D_[c] = pivot;
-      inverse_[c] = S(1) / pivot;
-      for (std::size_t r = c + 1; r < n; ++r) {
-        S sum = L_[r][c];
-        for (std::size_t k = 0; k < c; ++k) sum -= L_[r][k] * scaled[k];
-        L_[r][c] = sum * inverse_[c];
+      for (std::size_t r = c; r < n; ++r) {
+        L_[r][c] += curvature(static_cast<Eigen::Index>(r), static_cast<Eigen::Index>(c));
       }
     }
-    return Status::ok;
+    convex = true;
+    return factorise_loaded(least_pivot, convex);
   }
   /// Of the factorised system. gain: d'b, by which half the cost falls in the quadratic model, times two.
   [[nodiscard]] Vector solution(S& gain) const {
     std::array<S, n> y;
     gain = S(0);
     for (std::size_t r = 0; r < n; ++r) {
-      S sum = b_[r];
+      S sum = total(b_[r]);
       for (std::size_t k = 0; k < r; ++k) sum -= L_[r][k] * y[k];
       y[r] = sum;
       gain += sum * sum * inverse_[r];
@@ -80,12 +76,6 @@ class NormalEquations {
       d(static_cast<Eigen::Index>(r)) = sum;
     }
     return d;
-  }
-  /// d'b: half of the cost's slope against d. For the previous step over its gain: by how much steps shrink.
-  [[nodiscard]] S descent(const Vector& d) const {
-    S sum(0);
-    for (std::size_t k = 0; k < n; ++k) sum += d(static_cast<Eigen::Index>(k)) * b_[k];
-    return sum;
   }
   /// Of the factorised matrix: L^-T D^-1 L^-1, symmetric.
   [[nodiscard]] Matrix inverse() const {
@@ -111,12 +101,49 @@ class NormalEquations {
   }
 
  private:
-  std::array<S, n*(n + 1) / 2> A_{};  ///< lower triangle, column by column
-  std::array<S, n> b_{};
-  std::array<std::array<S, n>, n> L_{};
-  std::array<S, n> D_{};
-  std::array<S, n> inverse_{};  ///< of D
-  S cost_{0};
+  /// Of a pivot that has changed its sign, over the diagonal element: a step must stay in the range of numbers.
+  static constexpr double least_turned = 0.01;
+
+  [[nodiscard]] static const S& total(const S& row) { return row; }
+  [[nodiscard]] static S total(const Pair<S>& rows) { return rows.first() + rows.second(); }
+
+  void load() {
+    std::size_t at = 0;
+    for (std::size_t c = 0; c < n; ++c) {
+      for (std::size_t r = c; r < n; ++r) L_[r][c] = total(A_[at++]);
+      diagonal_[c] = L_[c][c];
+    }
+  }
+  Status factorise_loaded(const S& least_pivot, bool& convex) {
+#pragma GCC unroll 6
+    for (std::size_t c = 0; c < n; ++c) {
+      S pivot = L_[c][c];
+      if (pivot < S(0)) {
+        convex = false;
+        pivot = std::max(-pivot, S(least_turned) * diagonal_[c]);
+      }
+      if (!(pivot > least_pivot * diagonal_[c])) return Status::rank_deficient;
+      inverse_[c] = S(1) / pivot;
+      // What is to the right and below, less this column's part.
+      std::array<S, n> column;
+#pragma GCC unroll 6
+      for (std::size_t r = c + 1; r < n; ++r) {
+        column[r] = L_[r][c];
+        L_[r][c] = column[r] * inverse_[c];
+#pragma GCC unroll 6
+        for (std::size_t k = c + 1; k <= r; ++k) L_[r][k] -= L_[r][c] * column[k];
+      }
+    }
+    return Status::ok;
+  }
+
+  std::array<Row, n*(n + 1) / 2> A_{};  ///< lower triangle, column by column
+  std::array<Row, n> b_{};
+  std::array<std::array<S, n>, n> L_;  ///< under the diagonal
+  std::array<S, n> inverse_;           ///< of D, the pivots
+  std::array<S, n> diagonal_;          ///< of A
+  Row r2_{};
+  S added_{0};
 };
 
 }  // namespace relnav

@@ -1,4 +1,5 @@
-// Pose of a cooperative target from its features: ours against OpenCV's solvers on the same observations, one thread.
+// Pose of a cooperative target from its features: ours against the solvers of OpenCV and, where installed, OpenGV and ViSP,
+// on the same observations, one thread.
 // Results and how to run it: docs/benchmarks-pose.md.
 #include <benchmark/benchmark.h>
 
@@ -13,6 +14,7 @@
 #include "fsw/base/generator.hpp"
 #include "fsw/estimation/pose_acquisition.hpp"
 #include "fsw/estimation/stereo_closed_form.hpp"
+#include "tests/bench/pose_peer.hpp"
 
 namespace {
 
@@ -207,6 +209,56 @@ void stereo_refined(benchmark::State& state) {
 }
 BENCHMARK(stereo_refined)->Unit(benchmark::kMicrosecond);
 
+/// Of other libraries, on the cube. Counts the views whose attitude is off by more than 5 deg.
+void solve_peer(benchmark::State& state, const bench::Peer& peer) {
+  const Problem& p = cube();
+  Eigen::Matrix<double, 3, 3, Eigen::RowMajor> R_CT;
+  Vec3 t_CT;
+  std::size_t i = 0;
+  for (auto _ : state) {
+    if (!peer.solve(static_cast<int>(i++ % cases), R_CT.data(), t_CT.data())) give_up(peer.name);
+    benchmark::DoNotOptimize(t_CT);
+  }
+  double wrong = 0.0;
+  for (i = 0; i < cases; ++i) {
+    const bool solved = peer.solve(static_cast<int>(i), R_CT.data(), t_CT.data());
+    wrong += solved && log_so3(Mat3(R_CT * p.views[i].truth.R_CT.transpose())).norm() < 0.087 ? 0.0 : 1.0;
+  }
+  state.counters["wrong"] = wrong;
+}
+
+[[maybe_unused]] void add_peers(int (*library)(const bench::PeerView*, int, const bench::Peer**)) {
+  std::vector<bench::PeerView> views;
+  for (const View& v : cube().views) {
+    bench::PeerView view;
+    for (std::size_t k = 0; k < v.points.size(); ++k) {
+      const Vec2 xy = (v.seen[k].uv_px - Vec2(511.5, 511.5)) / 1000.0;
+      for (int c = 0; c < 3; ++c) view.p_T[k][c] = cube().target.features[k].p_T(c);
+      for (int c = 0; c < 2; ++c) view.xy[k][c] = xy(c);
+    }
+    for (int r = 0; r < 3; ++r) {
+      for (int c = 0; c < 3; ++c) view.R_CT[3 * r + c] = v.guess.R_CT(r, c);
+      view.t_CT[r] = v.guess.t_CT(r);
+    }
+    views.push_back(view);
+  }
+  const bench::Peer* peers = nullptr;
+  const int count = library(views.data(), static_cast<int>(views.size()), &peers);
+  for (int k = 0; k < count; ++k) {
+    benchmark::RegisterBenchmark(peers[k].name, solve_peer, peers[k])->Unit(benchmark::kMicrosecond);
+  }
+}
+
 }  // namespace
 
-BENCHMARK_MAIN();
+int main(int argc, char** argv) {
+#ifdef RELNAV_PEER_OPENGV
+  add_peers(relnav_peers_opengv);
+#endif
+#ifdef RELNAV_PEER_VISP
+  add_peers(relnav_peers_visp);
+#endif
+  benchmark::Initialize(&argc, argv);
+  benchmark::RunSpecifiedBenchmarks();
+  return 0;
+}

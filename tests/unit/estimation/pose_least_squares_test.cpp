@@ -437,6 +437,8 @@ struct PinholeRows {
     const S y = (row.X_r(1) + t(1)) * w;
     row.J << w, S(0), -(x * w), S(0), w, -(y * w);
     row.r << xy[at](0) - x, xy[at](1) - y;
+    row.axis << S(0), S(0), S(1);
+    row.depth = z;
     return Status::ok;
   }
 };

@@ -5,6 +5,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "fsw/attitude/so3.hpp"
 #include "tests/support/dense.hpp"
 #include "tests/unit/estimation/pose_samples.hpp"
 
@@ -83,6 +84,61 @@ Agreement agreement_of(const Setting& s, std::uint64_t seed) {
 }
 
 TEST_GROUP(ScaledPoseSolver){};
+
+/// Of the cost after a step [dt 2dg].
+double half_cost(const ScaledRows<double>& rows, GibbsSet<double> attitude, Vec3 t, const Vec6& step) {
+  attitude.correct(0.5 * step.tail<3>());
+  t += step.head<3>();
+  PoseRow<double> row;
+  double sum = 0.0;
+  for (int i = 0; i < rows.count(); ++i) {
+    CHECK(rows(i, attitude.dcm(), t, row) == Status::ok);
+    sum += 0.5 * row.r.squaredNorm();
+  }
+  return sum;
+}
+
+TEST(ScaledPoseSolver, curvature_is_the_hessian_less_that_of_gauss_newton) {
+  const Setting s = settings()[5];  // two cameras, one turned
+  test::Normal rng(6);
+  double worst = 0.0;
+  double least_share = 1.0;
+  for (int trial = 0; trial < 50; ++trial) {
+    const Pose truth = some_pose(s, rng);
+    const Pose start = off_by_a_bit(truth, rng);
+    ScaledRows<double> rows;
+    CHECK(rows.gather(s.rig, s.target, seen_at(s, truth, rng), test::all_used(), start) == Status::ok);
+    const RodriguesChart chart = RodriguesChart::from_dcm(start.R_CT);
+    const GibbsSet<double> attitude{chart.parameters(), chart.set_index()};
+    const Vec3 t = start.t_CT / rows.length();
+    Mat6 gauss_newton = Mat6::Zero();
+    Mat6 curvature = Mat6::Zero();
+    for (int i = 0; i < rows.count(); ++i) {
+      PoseRow<double> row;
+      CHECK(rows(i, attitude.dcm(), t, row) == Status::ok);
+      Mat<3, 6> D;
+      D << Mat3::Identity(), cross_matrix(row.X_r);
+      const Mat<2, 6> A = row.J * D;
+      gauss_newton += A.transpose() * A;
+      add_curvature(row, curvature);
+    }
+    constexpr double h = 1e-3;
+    Mat6 hessian;
+    for (int a = 0; a < 6; ++a) {
+      for (int b = 0; b < 6; ++b) {
+        const auto at = [&](double along_a, double along_b) {
+          return half_cost(rows, attitude, t, along_a * Vec6::Unit(a) + along_b * Vec6::Unit(b));
+        };
+        hessian(a, b) = (at(h, h) - at(h, -h) - at(-h, h) + at(-h, -h)) / (4.0 * h * h);
+      }
+    }
+    worst = std::max(worst, (gauss_newton + curvature - hessian).norm() / hessian.norm());
+    least_share = std::min(least_share, curvature.norm() / hessian.norm());
+  }
+  std::printf("    Hessian: off by %.1e; curvature is %.1e of it at least\n", worst, least_share);
+  CHECK(worst < 1e-5);
+  CHECK(least_share > 1e-3);
+}
 
 TEST(ScaledPoseSolver, every_arithmetic_comes_to_the_optimum) {
   for (const Setting& s : settings()) {
