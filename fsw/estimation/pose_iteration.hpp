@@ -40,7 +40,7 @@ void add_curvature(const PoseRow<S>& row, Eigen::Matrix<S, 6, 6>& sum) {
     (*v)[4] = (*v)[2] * X(0) - (*v)[0] * X(2);
     (*v)[5] = (*v)[0] * X(1) - (*v)[1] * X(0);
   }
-  const S cX = B[0] * X(0) + B[1] * X(1) + B[2] * X(2);
+  const S along = B[0] * X(0) + B[1] * X(1) + B[2] * X(2);
   for (int a = 0; a < 6; ++a) {
     for (int b = 0; b < 6; ++b) {
       const auto i = static_cast<std::size_t>(a);
@@ -48,7 +48,7 @@ void add_curvature(const PoseRow<S>& row, Eigen::Matrix<S, 6, 6>& sum) {
       sum(a, b) += W[i] * B[k] + B[i] * W[k];
       if (a >= 3 && b >= 3) sum(a, b) -= S(0.5) * (B[i - 3] * X(b - 3) + X(a - 3) * B[k - 3]);
     }
-    if (a >= 3) sum(a, a) += cX;
+    if (a >= 3) sum(a, a) += along;
   }
 }
 
