@@ -151,7 +151,8 @@ void SpotAcquisition::look_for_others(const SpotScene& scene, AcquiredSpots& out
       try_spots(scene, triples_, camera, triple, least_hits, effort, best);
       out.effort.solved += effort.solved;
       for (std::size_t i = 0; i < best.size(); ++i) {
-        if (refine_hypothesis(scene, best[i].pose, out.effort.poses, previous_, candidate_) == Status::ok) offer(candidate_, out);
+        if (refine_hypothesis(scene, best[i].pose, out.effort.poses, previous_, candidate_) == Status::ok)
+          offer(candidate_, out);
       }
       const auto in_triple = [&](std::uint8_t s) { return s == triple[0] || s == triple[1] || s == triple[2]; };
       count = static_cast<std::size_t>(std::remove_if(spot.begin(), spot.begin() + count, in_triple) - spot.begin());
