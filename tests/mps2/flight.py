@@ -3,8 +3,9 @@
 
     flight.py CASE --relnav TOOL --work DIR --emulator PROGRAM MACHINE IMAGE
 
-CASE is a mode of CASES below or what goes wrong with its input, one of FAULTS."""
+CASE is a mode, or what goes wrong with its input, one of FAULTS."""
 import argparse
+import hashlib
 import json
 import os
 import pathlib
@@ -14,33 +15,15 @@ import subprocess
 import sys
 import zlib
 
-CAPTURES = pathlib.Path(__file__).resolve().parents[2] / "hil" / "captures"
-CASES = {  # mode: capture, frames of it, options
-    "noncoop": ("spin_near", 64, ["--range", "3.4"]),
-    "coop-mono": ("lights_mono", 12, []),
-    "coop-stereo": ("lights_stereo", 12, []),
-}
+sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "target"))
+import bit_identity  # noqa: E402  the same runs as on every other target
+
 FRAME_HEADER = struct.Struct("<4sIqqqqdIIBBHIII")
 
 
 def require(condition, what):
     if not condition:
         sys.exit(f"FAILED: {what}")
-
-
-def shortened(capture, frames, folder):
-    """A data set of the capture's first frames."""
-    for source in (CAPTURES / capture).rglob("*"):
-        target = folder / source.relative_to(CAPTURES / capture)
-        if source.is_dir():
-            target.mkdir(parents=True, exist_ok=True)
-        elif source.name == "data.csv":
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.write_text("".join(source.read_text().splitlines(keepends=True)[:frames + 1]))
-        else:
-            target.parent.mkdir(parents=True, exist_ok=True)
-            target.symlink_to(source)
-    return folder
 
 
 class Bench:
@@ -51,8 +34,8 @@ class Bench:
         self.work = arguments.work
         shutil.rmtree(self.work, ignore_errors=True)
         self.work.mkdir(parents=True)
-        capture, most, options = CASES[mode]
-        data = shortened(capture, frames or most, self.work / "data")
+        capture, most, options = bit_identity.RUNS[mode]
+        data = bit_identity.beginning(bit_identity.CAPTURES / capture, frames or most, self.work / "data")
         common = ["--dataset", data, "--mode", mode, *options]
         self.host = self.work / "host"
         self.packed = self.work / "in"
@@ -90,12 +73,14 @@ class Bench:
 def compare(arguments):
     """Exit status, packets and poses as on the host."""
     bench = Bench(arguments, arguments.case)
+    golden = bit_identity.golden()
     status, console = bench.fly("-icount shift=0")
     require(status == bench.host_status, f"exit status {status}, on the host {bench.host_status}")
     for name in ("telemetry.bin", "trajectory.tum"):
         here, there = (bench.out / name).read_bytes(), (bench.host / name).read_bytes()
         require(len(there) > 1000, f"the host's {name} is all but empty")
         require(here == there, f"{name}: {len(here)} bytes differ from the host's {len(there)}")
+        require(hashlib.sha256(here).hexdigest() == golden[f"{arguments.case}/{name}"], f"{name}: not as on other targets")
     figures = dict(line.split() for line in console.splitlines() if len(line.split()) == 2)
     median, most = int(figures["median_step"]), int(figures["maximum_step"])
     print(f"{arguments.case}: {figures['steps']} steps, {median} instructions each (median), {most} (maximum), "
@@ -216,7 +201,7 @@ FAULTS = {
 
 def main():
     parser = argparse.ArgumentParser(description=__doc__)
-    parser.add_argument("case", choices=[*CASES, *FAULTS])
+    parser.add_argument("case", choices=[*bit_identity.RUNS, *FAULTS])
     parser.add_argument("--relnav", required=True, type=pathlib.Path)
     parser.add_argument("--work", required=True, type=pathlib.Path)
     parser.add_argument("--emulator", required=True, nargs=3)
