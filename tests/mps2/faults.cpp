@@ -46,7 +46,7 @@ int fail(const char* cause) {
   if (is("assertion")) RELNAV_ASSERT(zero == 1U);
   if (is("null")) *reinterpret_cast<volatile std::uint32_t*>(zero) = 1U;
   if (is("instruction")) asm volatile("udf #0");
-  if (is("division")) return static_cast<int>(1U / zero);
+  if (is("division")) return static_cast<int>((zero + 7U) / zero);
   if (is("jump")) reinterpret_cast<void (*)()>(zero + 0xE0000001U)();
   if (is("hook")) {
     set_safe_state_hook(tell_ground_and_fail);
