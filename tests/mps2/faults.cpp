@@ -1,6 +1,7 @@
 /// Ends in the way it is told to, with the hook of a flight program: last packet into OUT, watchdog tripped.
 ///   test_mps2_faults CAUSE OUT
 #include <cstdint>
+#include <cstdlib>
 #include <cstring>
 
 #include "fsw/app/final_event.hpp"
@@ -48,6 +49,8 @@ int fail(const char* cause) {
   if (is("instruction")) asm volatile("udf #0");
   if (is("division")) return static_cast<int>((zero + 7U) / zero);
   if (is("jump")) reinterpret_cast<void (*)()>(zero + 0xE0000001U)();
+  if (is("heap")) return *static_cast<const char*>(std::malloc(8)) == '\0' ? 4 : 5;
+  if (is("new")) return *new int(3);
   if (is("hook")) {
     set_safe_state_hook(tell_ground_and_fail);
     panic("faults.cpp", 43, "a test");

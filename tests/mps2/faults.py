@@ -16,6 +16,8 @@ CAUSES = {  # test_mps2_faults' argument: exit status, a word on the console
     "jump": (103, "processor fault"),
     "panic": (104, "faults.cpp:42: a test"),
     "assertion": (104, "zero == 1U"),
+    "heap": (104, "memory from the heap"),
+    "new": (104, "memory from the heap"),
     "hook": (104, "faults.cpp:43: a test"),
 }
 
