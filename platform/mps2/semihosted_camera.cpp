@@ -14,12 +14,17 @@ Status read_object(HostFile& file, std::uint64_t offset, Object& object) {
 
 }  // namespace
 
+bool SemihostedCamera::read_header() {
+  hal::raw::FileHeader header;
+  if (read_object(file_, 0, header) != Status::ok || !is_whole(header)) return false;
+  header_ = header;
+  return true;
+}
+
 Status SemihostedCamera::start() {
   streaming_ = false;
   if (!file_.is_open() && file_.open(path_, HostFile::Access::read) != Status::ok) return Status::device_lost;
-  hal::raw::FileHeader header;
-  if (read_object(file_, 0, header) != Status::ok || !is_whole(header)) return Status::device_lost;
-  header_ = header;
+  if (!read_header()) return Status::device_lost;
   streaming_ = true;
   return Status::ok;
 }
@@ -50,7 +55,7 @@ Status SemihostedCamera::acquire(Duration, hal::Frame& frame) {
   if (!streaming_) return Status::not_configured;
   const auto lease = std::find(leases_.begin(), leases_.end(), 0U);
   if (lease == leases_.end()) return Status::no_capacity;
-  if (next_ == header_.frames) return Status::no_data;
+  if (next_ >= header_.frames && (!read_header() || next_ >= header_.frames)) return Status::no_data;
   FrameMemory& memory = memory_[static_cast<std::size_t>(lease - leases_.begin())];
   hal::raw::FrameHeader header;
   const Status status = transfer(next_++, memory, header);

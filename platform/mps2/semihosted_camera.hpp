@@ -13,7 +13,7 @@ namespace relnav::platform::mps2 {
 /// Pixels of one frame, of either format.
 using FrameMemory = std::array<std::uint8_t, 2 * config::max_image_width * config::max_image_height>;
 
-/// A camera whose link is a raw container on the host: each acquire() transfers the next frame. A frame whose header, size or
+/// A camera whose link is a raw container on the host, which may still grow: each acquire() transfers the next frame. A frame whose header, size or
 /// checksum is wrong, or that its recorder marked, is answered with incomplete, once.
 class SemihostedCamera final : public hal::Camera {
  public:
@@ -31,9 +31,10 @@ class SemihostedCamera final : public hal::Camera {
 
   /// Frames dealt with so far: handed out and given back, or damaged.
   [[nodiscard]] std::uint32_t frames_done() const;
-  [[nodiscard]] bool finished() const { return frames_done() == header_.frames; }
+  [[nodiscard]] bool finished() const { return frames_done() >= header_.frames; }
 
  private:
+  bool read_header();
   /// Header and pixels of the next frame.
   Status transfer(std::uint32_t number, FrameMemory& memory, hal::raw::FrameHeader& header);
 
