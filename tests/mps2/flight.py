@@ -90,6 +90,14 @@ def compare(arguments, mode, frames=None):
     require(int(figures["stack_used"]) < 48 * 1024, "the stack's reserve is gone")
 
 
+def one_ulp(arguments):
+    """The image is wrong by one unit in the last place, once: it must show."""
+    bench = Bench(arguments, "coop-mono")
+    bench.fly()
+    for name in ("telemetry.bin", "trajectory.tum"):
+        require((bench.out / name).read_bytes() != (bench.host / name).read_bytes(), f"{name} does not show it")
+
+
 # ---- what goes wrong ----
 
 def change_frame(path, number, change):
@@ -191,6 +199,7 @@ def no_fpu(arguments):
 CASES = {
     **{mode: (lambda arguments, mode=mode: compare(arguments, mode)) for mode in bit_identity.RUNS},
     "noncoop_to_track": lambda arguments: compare(arguments, "noncoop", 80),  # beyond the start, which takes 53 frames
+    "one_ulp": one_ulp,
     "wrong_size": wrong_size,
     "torn_frame": torn_frame,
     "missing_setup": without("setup.bin", "configuration_refused"),
