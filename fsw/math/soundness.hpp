@@ -1,0 +1,28 @@
+#pragma once
+#include <cmath>
+
+#include <Eigen/Core>
+
+#include "fsw/math/fixed.hpp"
+
+namespace relnav {
+
+// False of NaN, infinity, and a Fixed that has overflowed: what is computed from it means nothing (Status::not_finite).
+
+[[nodiscard]] inline bool is_sound(double value) { return std::isfinite(value); }
+[[nodiscard]] inline bool is_sound(float value) { return std::isfinite(value); }
+template <int FractionBits, typename Raw>
+[[nodiscard]] constexpr bool is_sound(const Fixed<FractionBits, Raw>& value) {
+  return !value.overflowed();
+}
+template <typename S, int Rows, int Cols>
+[[nodiscard]] bool is_sound(const Eigen::Matrix<S, Rows, Cols>& values) {
+  for (Eigen::Index c = 0; c < Cols; ++c) {
+    for (Eigen::Index r = 0; r < Rows; ++r) {
+      if (!is_sound(values(r, c))) return false;
+    }
+  }
+  return true;
+}
+
+}  // namespace relnav
