@@ -5,7 +5,7 @@
 #include <Eigen/LU>
 
 #include "fsw/base/generator.hpp"
-#include "fsw/math/soundness.hpp"
+#include "fsw/math/scalar.hpp"
 
 #include <CppUTest/TestHarness.h>
 
