@@ -50,9 +50,9 @@ Status EpochSolver::solve_narrow(const PoseObservations& observations, const Pos
     return solve_scaled_pose<decltype(scalar)>(estimator_.rig(), estimator_.target(), observations, solution_.used,
                                                start, setup_.config.acquisition.solver, solution_.estimate);
   };
-  const Status status = setup_.scalar == SolveScalar::in_float ? run(float()) : run(FixedQ47());
-  if (status == Status::ok && is_alarming(solution_.estimate, setup_.config.outliers)) return Status::inconsistent;
-  // A start that was too far off: once more without it, as CooperativeEstimator does. Acquisition is in double.
+  Status status = setup_.scalar == SolveScalar::in_float ? run(float()) : run(FixedQ47());
+  if (status == Status::ok && is_alarming(solution_.estimate, setup_.config.outliers)) status = Status::inconsistent;
+  // A start that was too far off, or outliers: once more without it, as CooperativeEstimator does. Acquisition is in double.
   return status != Status::ok && prior != nullptr && setup_.switching ? solve_narrow(observations, nullptr) : status;
 }
 
