@@ -1,5 +1,7 @@
 #pragma once
+#include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include <Eigen/Core>
 
@@ -9,7 +11,7 @@ namespace relnav {
 
 // What code for any scalar asks of it.
 
-/// False of NaN, infinity, and a Fixed that has overflowed: what is computed from it means nothing (Status::not_finite).
+/// False of NaN, infinity, and a Fixed that has overflowed: what is computed from it means nothing, Status::not_finite.
 [[nodiscard]] inline bool is_sound(double value) { return std::isfinite(value); }
 [[nodiscard]] inline bool is_sound(float value) { return std::isfinite(value); }
 template <int FractionBits, typename Raw>
@@ -26,16 +28,15 @@ template <typename S, int Rows, int Cols>
   return true;
 }
 
-/// Smallest positive number whose inverse is in range; 0 in floating point, where that is no concern.
+/// Smallest positive number, to a step, whose inverse is in range; 0 in floating point, where that is no concern.
 template <typename S>
 struct LeastDivisor {
   static constexpr S value = S(0);
 };
 template <int FractionBits, typename Raw>
 struct LeastDivisor<Fixed<FractionBits, Raw>> {
-  static constexpr int place = 2 * FractionBits - std::numeric_limits<Raw>::digits;
-  static constexpr auto value =
-      Fixed<FractionBits, Raw>::from_raw(place < 0 ? Raw{1} : (Raw{1} << (place < 0 ? 0 : place)) + 1);
+  static constexpr int place = std::max(2 * FractionBits - std::numeric_limits<Raw>::digits, 0);
+  static constexpr auto value = Fixed<FractionBits, Raw>::from_raw((Raw{1} << place) + 1);
 };
 
 }  // namespace relnav
