@@ -47,20 +47,24 @@ def replay(command, mode, work):
     return {f"{mode}/{name}": hashlib.sha256((out / "run" / name).read_bytes()).hexdigest() for name in COMPARED}
 
 
+def golden():
+    return dict(reversed(line.split()) for line in (HERE / "golden.txt").read_text().splitlines())
+
+
 def main():
     parser = argparse.ArgumentParser()
     parser.add_argument("--work", type=pathlib.Path, required=True)
     parser.add_argument("--disturbed", action="store_true")
     parser.add_argument("command", nargs="+")
     arguments = parser.parse_args()
-    golden = dict(reversed(line.split()) for line in (HERE / "golden.txt").read_text().splitlines())
+    expected = golden()
     failed = False
     for mode in RUNS:
         hashes = replay(arguments.command, mode, arguments.work)
         for name, value in hashes.items():
-            same = golden.get(name) == value
-            print(f"{value}  {name}{'' if same else '  differs from golden.txt: ' + golden.get(name, 'nothing there')}")
-        differs = any(golden.get(name) != value for name, value in hashes.items())
+            same = expected.get(name) == value
+            print(f"{value}  {name}{'' if same else '  differs from golden.txt: ' + expected.get(name, 'nothing there')}")
+        differs = any(expected.get(name) != value for name, value in hashes.items())
         failed |= differs != arguments.disturbed
     if failed:
         sys.exit("bit_identity: " + ("the disturbance does not show in each mode" if arguments.disturbed else "not the same bits"))
