@@ -6,7 +6,7 @@ namespace relnav {
 /// Rodrigues parameters in one of four sets (Shuster's method of sequential rotations), for any scalar: double, float,
 /// Fixed. R_CT = C(g) R^(i); conventions and source as in RodriguesChart, which is for filters; this is for iterations.
 /// While each correction is followed by switch_if_due(), every |g_k| <= 1 at rest. With corrections of |dg_k| <= 1/2 and
-/// dg'g <= 1/2 no |g_k| exceeds 5 in between.
+/// dg'g <= 1/2 no |g_k| exceeds 5 in between, and with 1/4 no number here 7/3, which Q2.29 holds.
 template <typename S>
 struct GibbsSet {
   using Vector = Eigen::Matrix<S, 3, 1>;
@@ -19,8 +19,9 @@ struct GibbsSet {
   [[nodiscard]] Matrix dcm() const {
     const S x = g(0), y = g(1), z = g(2);
     const S xx = x * x, yy = y * y, zz = z * z;
-    const S scale = S(1) / (S(1) + (xx + yy + zz));
-    const S two = scale + scale;
+    const S half(0.5);
+    const S two = S(1) / (half + half * (xx + yy + zz));  // 2 / (1 + g'g), from 1/2 to 2
+    const S scale = half * two;
     const S xy = x * y, xz = x * z, yz = y * z;
     Matrix R;
     R(0, 0) = scale * (S(1) + xx - yy - zz);

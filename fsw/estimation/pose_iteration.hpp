@@ -5,6 +5,7 @@
 #include "fsw/attitude/msr.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/math/normal_equations.hpp"
+#include "fsw/math/scalar.hpp"
 
 namespace relnav {
 
@@ -92,11 +93,20 @@ class PoseIteration {
     S gain_before(0);
     while (iterations_ < limits.max_iterations) {
       bool convex = true;
-      const bool newton = curved_ && equations_.factorise(curvature_, limits.least_pivot, convex) == Status::ok;
-      if (!newton) status = equations_.factorise(limits.least_pivot);
-      if (status != Status::ok) return status;
       S gain;
-      Step d = equations_.solution(gain);
+      Step d;
+      bool newton =
+          curved_ && equations_.factorise(curvature_, limits.least_pivot, least_divisor, convex) == Status::ok;
+      if (newton) {
+        d = equations_.solution(gain);
+        newton = is_sound(d);  // where two minima merge a pivot is next to nothing
+      }
+      if (!newton) {
+        status = equations_.factorise(limits.least_pivot, least_divisor);
+        if (status != Status::ok) return status;
+        d = equations_.solution(gain);
+        if (!is_sound(d)) return Status::not_finite;
+      }
       const S rate = gain < gain_before ? std::max(gain / gain_before, limits.least_rate) : S(1);
       const bool converged = convex && (gain * rate < limits.gain || is_small(d, limits.step));
       if (gain_before > S(0) && rate > S(slow_rate)) curved_ = true;
@@ -114,9 +124,9 @@ class PoseIteration {
         // The last step needs no look back: it is inside the noise, and so is what it could spoil.
         if (converged) {
           cost_ = std::max(cost_ - gain, S(0));
-          return newton ? equations_.factorise(limits.least_pivot) : Status::ok;
+          return newton ? equations_.factorise(limits.least_pivot, least_divisor) : Status::ok;
         }
-        lower = linearise(count, row_of) == Status::ok && cost_ <= most_cost;
+        lower = linearise(count, row_of) == Status::ok && is_sound(cost_) && cost_ <= most_cost;
         if (!lower) curved_ = true;
         d *= S(0.5);
       }
@@ -130,7 +140,7 @@ class PoseIteration {
     curved_ = false;
     if (count < 3) return Status::too_few_features;
     const Status status = linearise(count, row_of);
-    return status == Status::ok ? equations_.factorise(least_pivot) : status;
+    return status == Status::ok ? equations_.factorise(least_pivot, least_divisor) : status;
   }
   [[nodiscard]] int iterations() const { return iterations_; }
   /// Sum of squared whitened residuals, and of what robust losses add.
@@ -150,6 +160,7 @@ class PoseIteration {
 
  private:
   using Step = typename NormalEquations<S, 6, Pair<S>>::Vector;
+  static constexpr S least_divisor = LeastDivisor<S>::value;
   static constexpr double slow_rate = 0.01;  ///< of successive gains: steps that shrink less than tenfold
   static constexpr double largest_dg = 0.5;  ///< of a component of a step, and of dg'g: keeps (10) away from its pole
 

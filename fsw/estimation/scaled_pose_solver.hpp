@@ -2,51 +2,14 @@
 #include <algorithm>
 #include <array>
 #include <cmath>
-#include <cstdint>
 
 #include "fsw/attitude/quaternion.hpp"
 #include "fsw/attitude/rodrigues.hpp"
 #include "fsw/estimation/pose_iteration.hpp"
 #include "fsw/estimation/pose_least_squares.hpp"
-#include "fsw/math/fixed.hpp"
+#include "fsw/estimation/scalar_traits.hpp"
 
 namespace relnav {
-
-/// What an iteration in a given scalar needs to know of it. Meanings as in IterationLimits; gain is in squared sigmas,
-/// least_gain: not under this once the rows are scaled.
-template <typename S>
-struct ScalarTraits;
-
-template <>
-struct ScalarTraits<double> {
-  static constexpr double gain = 1e-13;
-  static constexpr double least_gain = 0.0;
-  static constexpr double least_rate = 1e-5;
-  static constexpr double step = 1e-13;
-  static constexpr double cost_slack = 1e-12;
-  static constexpr double least_pivot = 1e-13;
-  static bool is_sound(double value) { return std::isfinite(value); }
-};
-template <>
-struct ScalarTraits<float> {
-  static constexpr double gain = 1e-7;
-  static constexpr double least_gain = 0.0;
-  static constexpr double least_rate = 1e-5;
-  static constexpr double step = 2e-6;
-  static constexpr double cost_slack = 1e-5;
-  static constexpr double least_pivot = 2e-7;
-  static bool is_sound(float value) { return std::isfinite(value); }
-};
-template <int FractionBits>
-struct ScalarTraits<Fixed<FractionBits>> {
-  static constexpr double gain = 1e-10;
-  static constexpr double least_gain = 4.0 / static_cast<double>(std::int64_t{1} << FractionBits);
-  static constexpr double least_rate = 1.0;  // products of two small gains are lost to rounding
-  static constexpr double step = 1e-11;
-  static constexpr double cost_slack = 1e-10;
-  static constexpr double least_pivot = 1e-11;
-  static bool is_sound(const Fixed<FractionBits>& value) { return !value.overflowed(); }
-};
 
 /// Rows of PoseIteration in any scalar, scaled for Q16.47: lengths over the target's size (|X_T| <= 1, so that attitude and
 /// position have slopes alike), images normalised and undistorted (in double, beforehand) and weighted with the slope of the
@@ -209,12 +172,7 @@ Status solve_scaled_pose(const CameraRig& rig, const TargetModel& target, const 
   limits.switching = settings.switching;
   status = iteration.solve(rows.count(), rows, limits);
   // Whatever it says: with numbers that have left their range it means nothing.
-  const auto R_CT = iteration.attitude.dcm();
-  for (int k = 0; k < 3; ++k) {
-    bool sound = Traits::is_sound(iteration.t(k));
-    for (int c = 0; c < 3; ++c) sound = sound && Traits::is_sound(R_CT(k, c));
-    if (!sound) return Status::not_finite;
-  }
+  if (!is_sound(iteration.t) || !is_sound(iteration.attitude.dcm())) return Status::not_finite;
   if (status != Status::ok) return status;
 
   const RodriguesChart chart =

@@ -8,18 +8,24 @@
 namespace relnav {
 
 /// Features seen by both cameras of a rig, in T and triangulated in C0. Position in all arrays is the same.
-struct StereoPoints {
+template <typename S>
+struct StereoPointsIn {
+  using Vector = Eigen::Matrix<S, 3, 1>;
   BoundedVector<std::uint16_t, config::max_target_features> feature;  ///< position in TargetModel::features
   /// Of each camera: position in PoseObservations.
   BoundedVector<std::array<std::uint16_t, 2>, config::max_target_features> observation;
-  BoundedVector<Vec3, config::max_target_features> p_T;
-  BoundedVector<Vec3, config::max_target_features> p_C;
+  BoundedVector<Vector, config::max_target_features> p_T;
+  BoundedVector<Vector, config::max_target_features> p_C;
 };
+using StereoPoints = StereoPointsIn<double>;
 
 enum class MotorLines : std::uint8_t {
   target,  ///< the target's own lines; if it has none: from each feature to the next (AB, BC, CD: the paper's)
   all,     ///< every pair of features
 };
+
+/// Normalised, undistorted. Errors of CameraModel::unproject(); outside_domain: not in front of the camera.
+Status normalised_image(const RigCamera& camera, const Vec2& uv_px, Vec2& xy);
 
 /// Point from its pixels in both cameras of a rig, by linear triangulation. Errors of CameraModel::unproject() and
 /// triangulate(); behind_camera: the rays meet behind C0.

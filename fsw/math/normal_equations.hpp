@@ -7,6 +7,7 @@
 
 #include "fsw/base/status.hpp"
 #include "fsw/math/pair.hpp"
+#include "fsw/math/scalar.hpp"
 
 namespace relnav {
 
@@ -39,16 +40,17 @@ class NormalEquations {
   /// Sum of the squared residuals, and of what was added.
   [[nodiscard]] S cost() const { return total(r2_) + added_; }
 
-  /// Factorises A = L D L'. rank_deficient: a pivot is at most `least_pivot` of its diagonal element.
-  Status factorise(const S& least_pivot) {
+  /// Factorises A = L D L'. rank_deficient: a pivot is at most `least_pivot` of its diagonal element; not_finite: a number
+  /// left the range of S. A pivot under `least_divisor` is enlarged to it: the solution is shorter, and leads down still.
+  Status factorise(const S& least_pivot, const S& least_divisor = S(0)) {
     load();
     bool convex = true;
-    const Status status = factorise_loaded(least_pivot, convex);
+    const Status status = factorise_loaded(least_pivot, least_divisor, convex);
     return convex ? status : Status::rank_deficient;
   }
   /// The same of A + curvature. Not `convex`: a pivot was negative, and has changed its sign. The solution leads down still,
   /// and away from where the cost has a maximum in that direction.
-  Status factorise(const Matrix& curvature, const S& least_pivot, bool& convex) {
+  Status factorise(const Matrix& curvature, const S& least_pivot, const S& least_divisor, bool& convex) {
     load();
     for (std::size_t c = 0; c < n; ++c) {
       for (std::size_t r = c; r < n; ++r) {
@@ -56,7 +58,7 @@ class NormalEquations {
       }
     }
     convex = true;
-    return factorise_loaded(least_pivot, convex);
+    return factorise_loaded(least_pivot, least_divisor, convex);
   }
   /// Of the factorised system. gain: d'b, by which half the cost falls in the quadratic model, times two.
   [[nodiscard]] Vector solution(S& gain) const {
@@ -66,7 +68,7 @@ class NormalEquations {
       S sum = total(b_[r]);
       for (std::size_t k = 0; k < r; ++k) sum -= L_[r][k] * y[k];
       y[r] = sum;
-      gain += sum * sum * inverse_[r];
+      gain += sum * (sum * inverse_[r]);  // in this order inside the range of the cost
     }
     Vector d;
     for (std::size_t i = n; i > 0; --i) {
@@ -114,7 +116,7 @@ class NormalEquations {
       diagonal_[c] = L_[c][c];
     }
   }
-  Status factorise_loaded(const S& least_pivot, bool& convex) {
+  Status factorise_loaded(const S& least_pivot, const S& least_divisor, bool& convex) {
 #pragma GCC unroll 6
     for (std::size_t c = 0; c < n; ++c) {
       S pivot = L_[c][c];
@@ -123,7 +125,8 @@ class NormalEquations {
         pivot = std::max(-pivot, S(least_turned) * diagonal_[c]);
       }
       if (!(pivot > least_pivot * diagonal_[c])) return Status::rank_deficient;
-      inverse_[c] = S(1) / pivot;
+      inverse_[c] = S(1) / std::max(pivot, least_divisor);
+      if (!is_sound(inverse_[c])) return Status::not_finite;
       // What is to the right and below, less this column's part.
       std::array<S, n> column;
 #pragma GCC unroll 6

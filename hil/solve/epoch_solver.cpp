@@ -3,6 +3,7 @@
 #include <chrono>
 #include <stdexcept>
 
+#include "fsw/estimation/scaled_motor_solver.hpp"
 #include "fsw/estimation/scaled_pose_solver.hpp"
 
 namespace relnav::hil {
@@ -49,18 +50,41 @@ Status EpochSolver::solve_narrow(const PoseObservations& observations, const Pos
     return solve_scaled_pose<decltype(scalar)>(estimator_.rig(), estimator_.target(), observations, solution_.used,
                                                start, setup_.config.acquisition.solver, solution_.estimate);
   };
-  const Status status = setup_.scalar == SolveScalar::in_float ? run(float()) : run(FixedQ47());
-  if (status == Status::ok && is_alarming(solution_.estimate, setup_.config.outliers)) return Status::inconsistent;
-  // A start that was too far off: once more without it, as CooperativeEstimator does. Acquisition is in double.
+  Status status = setup_.scalar == SolveScalar::in_float ? run(float()) : run(FixedQ47());
+  if (status == Status::ok && is_alarming(solution_.estimate, setup_.config.outliers)) status = Status::inconsistent;
+  // A start that was too far off, or outliers: once more without it, as CooperativeEstimator does. Acquisition is in double.
   return status != Status::ok && prior != nullptr && setup_.switching ? solve_narrow(observations, nullptr) : status;
+}
+
+Status EpochSolver::solve_narrow_motor(const PoseObservations& observations) {
+  // Judged in double, where its covariance comes from as well; the pose is that of the narrow arithmetic.
+  Status status = estimator_.solve(observations, nullptr, solution_);
+  if (status != Status::ok) return status;
+  PoseEstimate& e = solution_.estimate;
+  const auto run = [&](auto scalar) {
+    return solve_scaled_motor<decltype(scalar)>(estimator_.rig(), estimator_.target(), observations,
+                                                setup_.config.lines, e.pose);
+  };
+  status = setup_.scalar == SolveScalar::in_float ? run(float()) : run(FixedQ47());
+  if (status != Status::ok) return status;
+  const Mat6 covariance = e.covariance;
+  status = assess_pose(estimator_.rig(), estimator_.target(), observations, solution_.used, Pose(e.pose), e);
+  e.covariance = covariance;
+  return status;
 }
 
 const app::StepReport& EpochSolver::solve(Time time, const PoseObservations& observations) {
   const auto begin = std::chrono::steady_clock::now();
   const Pose* prior = has_previous_ ? &previous_ : nullptr;
   solution_ = CooperativeSolution();
-  const Status status =
-      setup_.scalar == SolveScalar::in_double ? solve_double(observations, prior) : solve_narrow(observations, prior);
+  Status status = Status::ok;
+  if (setup_.scalar == SolveScalar::in_double) {
+    status = solve_double(observations, prior);
+  } else if (setup_.config.method == CooperativeMethod::motor) {
+    status = solve_narrow_motor(observations);
+  } else {
+    status = solve_narrow(observations, prior);
+  }
   report_.times = app::StageTimes();
   report_.times.update_ns =
       std::chrono::duration_cast<std::chrono::nanoseconds>(std::chrono::steady_clock::now() - begin).count();

@@ -30,6 +30,7 @@ class EpochSolver {
  private:
   Status solve_double(const PoseObservations& observations, const Pose* prior);
   Status solve_narrow(const PoseObservations& observations, const Pose* prior);
+  Status solve_narrow_motor(const PoseObservations& observations);
   void report(Time time, const PoseObservations& observations, Status status);
 
   SolveSetup setup_;

@@ -57,14 +57,13 @@ SolveSetup setup_of(const Options& o) {
         std::to_string(o.cameras.size()) + (o.cameras.size() == 1 ? " camera file given" : " camera files given"),
         std::to_string(needed) + (stereo ? " --camera options" : " --camera option"));
   const std::string method = method_of(o);
-  const bool closed_form = method == "motor" || method == "orthogonal";
   if (stereo == (method == "rodrigues"))
     throw InputError("--method " + method, 0, "is not one of --mode " + o.mode,
                      stereo ? "ml, motor or orthogonal" : "rodrigues");
   if (o.no_switching && stereo)
     throw InputError("--no-switching", 0, "is not one of --mode coop-stereo", "--mode coop-mono");
-  if (o.scalar != "double" && closed_form)
-    throw InputError("--scalar", 0, "the closed forms run in double here", "--scalar double, or --method ml");
+  if (o.scalar != "double" && method == "orthogonal")
+    throw InputError("--scalar", 0, "--method orthogonal runs in double only", "--scalar double, or --method motor");
   SolveSetup setup;
   if (method == "motor") setup.config.method = CooperativeMethod::motor;
   if (method == "orthogonal") setup.config.method = CooperativeMethod::orthogonal;
@@ -142,7 +141,7 @@ void add_solve_command(CLI::App& app, int& exit_status) {
       ->add_option("--lines", o->lines,
                    "motor: the target's lines (or each feature to the next), or all pairs [target]")
       ->check(CLI::IsMember({"target", "all"}));
-  command->add_option("--scalar", o->scalar, "Arithmetic of the iteration; fixed: Q16.47 [double]")
+  command->add_option("--scalar", o->scalar, "Arithmetic of the solution; fixed: Q16.47 [double]")
       ->check(CLI::IsMember({"double", "float", "fixed"}));
   command->add_option("--sigma", o->sigma_px, "Noise of the observations in px, where the file does not say [1]")
       ->check(positive_px());

@@ -273,7 +273,7 @@ TEST(CliSolve, UnusableArgumentsLeaveNoFolder) {
                 {"--method rodrigues", "coop-stereo", "expected ml, motor or orthogonal"});
   check_refused(stereo_files(both_cameras()) + out + " --no-switching",
                 {"--no-switching", "coop-stereo", "expected --mode coop-mono"});
-  check_refused(stereo_files(both_cameras()) + out + " --method motor --scalar fixed", {"--scalar", "double"});
+  check_refused(stereo_files(both_cameras()) + out + " --method orthogonal --scalar fixed", {"--scalar", "double"});
   check_refused(mono_files() + out + " --scalar half", {"--scalar", "half not in {double,float,fixed}"});
   check_refused(mono_files() + out + " --sigma 0", {"--sigma", "'0' (expected a positive number of pixels)"});
   check_refused(mono_files() + out + " --sigma nan", {"--sigma", "'nan' (expected a positive number of pixels)"});
@@ -406,15 +406,19 @@ TEST(CliSolve, NarrowArithmeticAgreesWithDouble) {
   const std::string as_double = scratch.path("double");
   const std::string as_float = scratch.path("float");
   const std::string as_fixed = scratch.path("fixed");
-  check_done(mono_files() + as_double, as_double, 40);
-  check_done(mono_files() + as_float + " --scalar float", as_float, 40);
-  check_done(mono_files() + as_fixed + " --scalar fixed", as_fixed, 40);
-  const double of_float = largest_difference_sigma(as_double, as_float);
-  const double of_fixed = largest_difference_sigma(as_double, as_fixed);
-  std::printf("difference from double over sigma: float %.2e, fixed %.2e\n", of_float, of_fixed);
-  CHECK(of_float > 0.0);  // it was another arithmetic
-  CHECK(of_float <= 1e-3);
-  CHECK(of_fixed <= 1e-6);
+  const auto compare = [&](const std::string& command, const std::string& options, std::size_t epochs) {
+    check_done(command + as_double + " --force" + options, as_double, epochs);
+    check_done(command + as_float + " --force --scalar float" + options, as_float, epochs);
+    check_done(command + as_fixed + " --force --scalar fixed" + options, as_fixed, epochs);
+    const double of_float = largest_difference_sigma(as_double, as_float);
+    const double of_fixed = largest_difference_sigma(as_double, as_fixed);
+    std::printf("difference from double over sigma%s: float %.2e, fixed %.2e\n", options.c_str(), of_float, of_fixed);
+    CHECK(of_float > 0.0);  // it was another arithmetic
+    CHECK(of_float <= 1e-3);
+    CHECK(of_fixed <= 1e-6);
+  };
+  compare(mono_files(), "", 40);
+  compare(stereo_files(both_cameras()), " --method motor", 66);
 }
 
 // A target that turns slowly through 180 deg: without switching, fixed point has no numbers for it.

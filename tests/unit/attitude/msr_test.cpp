@@ -6,7 +6,7 @@
 
 #include "fsw/attitude/rodrigues.hpp"
 #include "fsw/attitude/so3.hpp"
-#include "fsw/math/fixed.hpp"
+#include "fsw/math/scalar.hpp"
 #include "tests/unit/attitude/attitude_samples.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -169,6 +169,40 @@ TEST(GibbsSets, float_and_fixed_hold_the_bound_too) {
   CHECK(f.dcm < 5e-7);
   CHECK(q.switches > 10000);
   CHECK(q.dcm < 1e-12);  // 1 / (1 + g'g) loses as many digits as g'g gains
+}
+
+/// Largest error of a DCM after corrections and switches of a quarter at most, Q2.29 against double.
+TEST(GibbsSets, iterates_in_32_bits) {
+  Generator generator(seed + 3);
+  double dcm = 0.0;
+  double composed = 0.0;
+  for (int i = 0; i < 200000; ++i) {
+    Vec3 g = test::random_vector(generator, 1.0);
+    Vec3 dg = test::random_vector(generator, 0.25);
+    if (i % 4 == 0) g = g.cwiseSign();  // (1, 1, 1): 1 + g'g is 4, out of range
+    if (i % 3 == 0) dg = 0.25 * dg.cwiseSign();
+    if (dg.dot(g) > 0.25) dg *= 0.25 / dg.dot(g);
+    GibbsSet<FixedQ29> a = gibbs<FixedQ29>(g, i % 4);
+    GibbsSet<FixedQ29>::Vector d;
+    for (int k = 0; k < 3; ++k) {
+      d(k) = FixedQ29(dg(k));
+      g(k) = static_cast<double>(a.g(k));
+      dg(k) = static_cast<double>(d(k));
+    }
+    GibbsSet<double> b = gibbs<double>(g, i % 4);
+    CHECK(is_sound(a.dcm()));
+    dcm = std::max(dcm, max_difference(dcm_in_double(a), b.dcm()));
+    a.correct(d);
+    b.correct(dg);
+    CHECK(is_sound(a.g));
+    static_cast<void>(a.switch_if_due());
+    for (int k = 0; k < 3; ++k) CHECK(abs(a.g(k)) <= FixedQ29(1));
+    composed = std::max(composed, max_difference(dcm_in_double(a), b.dcm()));
+  }
+  std::printf("    Q2.29: dcm off by %.1e, after correction and switch %.1e\n", dcm, composed);
+  CHECK(dcm < 8 * 0x1p-29);
+  CHECK(composed < 16 * 0x1p-29);
+  CHECK(composed > 0x1p-29);
 }
 
 TEST(GibbsSets, fixed_point_at_the_bound_is_exact) {

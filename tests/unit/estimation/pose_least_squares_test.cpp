@@ -544,6 +544,26 @@ TEST(PoseLeastSquares, float_and_fixed_point_agree_with_double) {
   CHECK(in_fixed.maxCoeff() < 1e-9);
 }
 
+TEST(PoseLeastSquares, an_overflowed_cost_is_not_a_low_one) {
+  test::Normal rng(15);
+  const Scene scene(at_unit_range(rng, 0), 5e-4, rng);
+  const Pose start = nearby(scene.truth, rng, 0.03);
+  const auto rows = scene.rows<FixedQ47>();
+  int calls = 0;
+  const auto row_of = [&](int i, const auto& R_CT, const auto& t_CT, PoseRow<FixedQ47>& row) {
+    const Status status = rows(i, R_CT, t_CT, row);
+    ++calls;
+    if (calls > 8 && calls <= 16)
+      row.r.setConstant(FixedQ47(1) / FixedQ47(0) * FixedQ47(0));  // the first step: 0, flagged
+    return status;
+  };
+  PoseIteration<FixedQ47> iteration;
+  start_at(iteration, start);
+  CHECK(iteration.solve(8, row_of, default_limits<FixedQ47>()) == Status::ok);
+  CHECK(is_sound(iteration.t) && is_sound(iteration.cost()));
+  CHECK(test::pose_difference(solved<FixedQ47>(scene, start), pose_of(iteration)).norm() < 1e-9);
+}
+
 struct Turn {
   bool failed = false;     ///< a status other than ok, or saturated
   double worst_rad = 0.0;  ///< error where it did not fail

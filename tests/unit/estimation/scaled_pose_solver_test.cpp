@@ -160,6 +160,95 @@ TEST(ScaledPoseSolver, every_arithmetic_comes_to_the_optimum) {
   }
 }
 
+struct Sweep {
+  int failures = 0;
+  int other_minimum = 0;  ///< than double's
+  double largest = 0.0;   ///< distance to double's over sigma, elsewhere
+};
+
+/// Ranges from 1 to 200 m, evenly by their logarithm; attitudes evenly over SO(3), every fourth a turn by exactly 180 deg;
+/// 1 px. near: starts off by up to 10 deg and a twentieth of the range; else by anything and 0.7 to 1.4 times the range.
+template <typename S>
+Sweep sweep(const CameraIntrinsics& camera, bool near, int count) {
+  test::Normal rng(7);
+  const CameraRig rig = test::mono_rig(camera);
+  const double field = 1000.0 / camera.fu;  // tan of half the field of view, about
+  Sweep result;
+  for (int i = 0; i < count; ++i) {
+    const double range = std::pow(200.0, rng.generator().uniform());
+    // Through a wide lens always the same target; through a long one such that all of it is in view.
+    const double radius = field > 0.5 ? 0.4 : range * field * (0.1 + 0.7 * rng.generator().uniform());
+    const TargetModel target = test::target_of(test::cube(radius / std::sqrt(3.0)));
+    const Mat3 R_CT = i % 4 == 3 ? test::random_half_turn(rng) : test::random_attitude(rng);
+    const Pose truth{R_CT, range * Vec3(0.002 * rng(), 0.002 * rng(), 1.0)};
+    const PoseObservations seen = test::see_all(rig, target, truth, 1.0, rng);
+    Pose start = off_by_a_bit(truth, rng);
+    if (!near) start = {test::random_attitude(rng), (0.7 + 0.7 * rng.generator().uniform()) * truth.t_CT};
+    PoseEstimate e;
+    PoseEstimate expected;
+    const Status status = solve_scaled_pose<S>(rig, target, seen, test::all_used(), start, {}, e);
+    CHECK(solve_scaled_pose<double>(rig, target, seen, test::all_used(), start, {}, expected) == Status::ok);
+    if (status != Status::ok) {
+      ++result.failures;
+      continue;
+    }
+    const Vec6 d = test::pose_difference(e.pose, expected.pose);
+    const double sigmas = std::sqrt(test::mahalanobis_squared(d, expected.covariance));
+    if (sigmas > 0.5 && !near) {
+      ++result.other_minimum;
+    } else {
+      result.largest = std::max(result.largest, sigmas);
+    }
+  }
+  return result;
+}
+
+TEST(ScaledPoseSolver, no_overflow_from_1_to_200_m_at_any_attitude) {
+  for (const CameraIntrinsics& camera : {test::long_focus(), test::pinhole()}) {
+    for (const bool near : {true, false}) {
+      const int count = near ? 10000 : 2000;
+      const Sweep fixed = sweep<FixedQ47>(camera, near, count);
+      const Sweep single = sweep<float>(camera, near, count);
+      std::printf("    f = %.0f px, %s: Q16.47 %d failures, %.1e sigma, %d elsewhere; float %d, %.1e, %d\n", camera.fu,
+                  near ? "near starts" : "any start", fixed.failures, fixed.largest, fixed.other_minimum,
+                  single.failures, single.largest, single.other_minimum);
+      LONGS_EQUAL(0, fixed.failures);
+      LONGS_EQUAL(0, single.failures);
+      CHECK(fixed.largest < 1e-5);
+      CHECK(single.largest < 2e-3);
+      LONGS_EQUAL(0, fixed.other_minimum);
+      LONGS_EQUAL(0, single.other_minimum);
+    }
+  }
+}
+
+TEST(ScaledPoseSolver, no_overflow_where_two_minima_merge) {
+  // A square face on, the start between its two tilts: curvature and first derivatives cancel, pivots vanish.
+  test::Normal rng(7);
+  const TargetModel target = test::target_of(test::square(0.5));
+  const CameraRig rigs[] = {test::mono_rig(test::long_focus()), test::mono_rig(test::pinhole())};
+  const double least[] = {20.0, 2.0};
+  const double most[] = {200.0, 30.0};
+  int other = 0;
+  constexpr int count = 8000;
+  for (int i = 0; i < 2 * count; ++i) {
+    const CameraRig& rig = rigs[i % 2];
+    const double z = least[i % 2] + (most[i % 2] - least[i % 2]) * i / (2.0 * count);
+    const Pose truth{Mat3::Identity(), Vec3(0.0, 0.0, z)};
+    const PoseObservations seen = test::see_all(rig, target, truth, 1.0, rng, i % 4 < 2 ? 1.0 : 0.0);
+    Pose start = truth;
+    if (i % 3 != 0) start.R_CT = reference_dcm(rng.vec3(), (i % 3 == 1 ? 0.01 : 0.3) * rng());
+    PoseEstimate e;
+    PoseEstimate expected;
+    CHECK(solve_scaled_pose<FixedQ47>(rig, target, seen, test::all_used(), start, {}, e) == Status::ok);
+    CHECK(solve_scaled_pose<double>(rig, target, seen, test::all_used(), start, {}, expected) == Status::ok);
+    const Vec6 d = test::pose_difference(e.pose, expected.pose);
+    other += test::mahalanobis_squared(d, expected.covariance) > 0.25 ? 1 : 0;
+  }
+  std::printf("    face on: %d of %d in the other minimum than double\n", other, 2 * count);
+  CHECK(other < 40);
+}
+
 /// A target that turns by 0.4 deg an epoch through 180 deg, each epoch started from the one before.
 struct HalfTurn {
   int lost_near = 0;  ///< where |g| > 256

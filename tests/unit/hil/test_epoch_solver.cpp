@@ -11,6 +11,7 @@
 #include "hil/scenarios/stereo_scenarios.hpp"
 #include "hil/scenarios/table1_scenario.hpp"
 #include "hil/scenarios/targets.hpp"
+#include "tests/support/dense.hpp"
 #include "tests/unit/hil/scratch.hpp"
 
 using namespace relnav;
@@ -141,6 +142,45 @@ TEST(EpochSolver, ClosedFormsStateAnHonestCovariance) {
                   scenario == &noise ? "noise" : "pose", e.nees->mean);
       DOUBLES_EQUAL(6.0, e.nees->mean, 4.0 * std::sqrt(12.0 / static_cast<double>(run.poses.size())));
     }
+  }
+}
+
+/// Largest distance from the same in double, in sigma.
+double distance_from_double(const Scenario& scenario, SolveSetup setup) {
+  const SolvedRun narrow = solve_all(scenario, setup);
+  setup.scalar = SolveScalar::in_double;
+  const SolvedRun in_double = solve_all(scenario, setup);
+  CHECK(narrow.statuses == in_double.statuses);
+  double largest = 0.0;
+  for (std::size_t i = 0; i < in_double.poses.size(); ++i) {
+    Vec6 d;
+    d << narrow.poses[i].t_CT - in_double.poses[i].t_CT,
+        rotation_vector(narrow.poses[i].R_CT * in_double.poses[i].R_CT.transpose());
+    largest = std::max(largest, std::sqrt(test::mahalanobis_squared(d, in_double.covariances[i].P)));
+  }
+  return largest;
+}
+
+// The papers' scenarios; the issue asks for 0.01 sigma at most, better 0.001.
+TEST(EpochSolver, NarrowArithmeticAgreesWithDouble) {
+  const struct {
+    const char* name;
+    Scenario scenario;
+    CooperativeMethod method;
+  } cases[] = {{"table1", table1_scenario(options(1.0, 300)), CooperativeMethod::least_squares},
+               {"stereo-pose, ml", stereo_pose_scenario(options(1.0, 10)), CooperativeMethod::least_squares},
+               {"stereo-pose, motor", stereo_pose_scenario(options(1.0, 10)), CooperativeMethod::motor}};
+  for (const auto& c : cases) {
+    SolveSetup setup;
+    setup.config.method = c.method;
+    setup.scalar = SolveScalar::in_float;
+    const double in_float = distance_from_double(c.scenario, setup);
+    setup.scalar = SolveScalar::in_fixed;
+    const double in_fixed = distance_from_double(c.scenario, setup);
+    std::printf("%s: float %.1e, Q16.47 %.1e sigma from double\n", c.name, in_float, in_fixed);
+    CHECK_TEXT(in_float < 0.01, c.name);
+    CHECK_TEXT(in_fixed < 1e-5, c.name);
+    CHECK_TEXT(in_float > 1e-6 && in_fixed > 0.0, c.name);  // it is that arithmetic
   }
 }
 

@@ -1,9 +1,11 @@
-// Fixed against integers of 128 bits and long double: every operation to the last bit, saturation, and the flag.
+// Fixed against integers of 128 bits and long double: every operation of 64 and 32 bits to the last bit, saturation, and
+// the flag.
 #include "fsw/math/fixed.hpp"
 
 #include <cfloat>
 #include <cmath>
 #include <cstdio>
+#include <limits>
 #include <string>
 #include <vector>
 
@@ -26,51 +28,58 @@ struct Expectation {
   bool overflowed = false;
 };
 
-/// Saturates at +-most.
+/// Saturates at +- the largest Raw.
+template <typename Raw = std::int64_t>
 Expectation saturated(Wide value) {
-  if (value > most) return {most, true};
-  if (value < -static_cast<Wide>(most)) return {-most, true};
+  constexpr std::int64_t largest = std::numeric_limits<Raw>::max();
+  if (value > largest) return {largest, true};
+  if (value < -static_cast<Wide>(largest)) return {-largest, true};
   return {static_cast<std::int64_t>(value), false};
 }
 
 /// n / d for n >= 0, d > 0, halves away from zero, with the sign.
+template <typename Raw>
 Expectation rounded_quotient(Wide n, Wide d, bool negative) {
   const Wide q = n / d + (n % d >= d - n % d ? 1 : 0);
-  return saturated(negative ? -q : q);
+  return saturated<Raw>(negative ? -q : q);
 }
 
 /// Of every size, both signs, and close to where something happens.
+template <typename Raw>
 class RawSamples {
+  static constexpr int digits = std::numeric_limits<Raw>::digits;
+
  public:
-  std::int64_t draw() {
+  Raw draw() {
     if (generator_.below(8) == 0) return special_[generator_.below(static_cast<std::uint32_t>(special_.size()))];
     const std::uint64_t bits = (static_cast<std::uint64_t>(generator_.next()) << 32U) | generator_.next();
-    const auto raw = static_cast<std::int64_t>(bits >> (1U + generator_.below(63)));
+    const auto raw = static_cast<Raw>(bits >> (64U - digits + generator_.below(digits)));
     return generator_.below(2) == 0 ? raw : -raw;
   }
 
  private:
-  static std::vector<std::int64_t> boundary_values() {
-    std::vector<std::int64_t> values{0};
-    for (int bit = 0; bit < 63; ++bit) {
-      const std::int64_t power = std::int64_t{1} << bit;
-      for (const std::int64_t v : {power - 1, power, power + 1}) {
+  static std::vector<Raw> boundary_values() {
+    constexpr Raw largest = std::numeric_limits<Raw>::max();
+    std::vector<Raw> values{0};
+    for (int bit = 0; bit < digits; ++bit) {
+      const Raw power = Raw{1} << bit;
+      for (const Raw v : {power - 1, power, power + 1}) {
         values.push_back(v);
         values.push_back(-v);
       }
     }
-    for (std::int64_t k = 0; k < 3; ++k) {
-      values.push_back(most - k);
-      values.push_back(k - most);
+    for (Raw k = 0; k < 3; ++k) {
+      values.push_back(largest - k);
+      values.push_back(k - largest);
     }
     return values;
   }
-  std::vector<std::int64_t> special_ = boundary_values();
+  std::vector<Raw> special_ = boundary_values();
   Generator generator_{seed};
 };
 
-template <int Bits>
-void check(const Fixed<Bits>& actual, const Expectation& expected, const char* what, std::int64_t a = 0,
+template <int Bits, typename Raw>
+void check(const Fixed<Bits, Raw>& actual, const Expectation& expected, const char* what, std::int64_t a = 0,
            std::int64_t b = 0) {
   if (actual.raw() == expected.raw && actual.overflowed() == expected.overflowed) return;
   const std::string message =
@@ -80,21 +89,21 @@ void check(const Fixed<Bits>& actual, const Expectation& expected, const char* w
   FAIL(message.c_str());
 }
 
-template <int Bits>
+template <int Bits, typename Raw = std::int64_t>
 void check_arithmetic(int count) {
-  using F = Fixed<Bits>;
+  using F = Fixed<Bits, Raw>;
   const Wide one = Wide{1} << Bits;
-  RawSamples samples;
+  RawSamples<Raw> samples;
   for (int i = 0; i < count; ++i) {
-    const std::int64_t a = samples.draw();
-    const std::int64_t b = samples.draw();
+    const Raw a = samples.draw();
+    const Raw b = samples.draw();
     const F x = F::from_raw(a);
     const F y = F::from_raw(b);
     const bool negative = (a < 0) != (b < 0);
-    check(x + y, saturated(static_cast<Wide>(a) + b), "sum", a, b);
-    check(x - y, saturated(static_cast<Wide>(a) - b), "difference", a, b);
-    check(x * y, rounded_quotient(magnitude(a) * magnitude(b), one, negative), "product", a, b);
-    if (b != 0) check(x / y, rounded_quotient(magnitude(a) * one, magnitude(b), negative), "quotient", a, b);
+    check(x + y, saturated<Raw>(static_cast<Wide>(a) + b), "sum", a, b);
+    check(x - y, saturated<Raw>(static_cast<Wide>(a) - b), "difference", a, b);
+    check(x * y, rounded_quotient<Raw>(magnitude(a) * magnitude(b), one, negative), "product", a, b);
+    if (b != 0) check(x / y, rounded_quotient<Raw>(magnitude(a) * one, magnitude(b), negative), "quotient", a, b);
     check(-x, {-a, false}, "negative", a, b);
     check(abs(x), {static_cast<std::int64_t>(magnitude(a)), false}, "abs", a, b);
     CHECK((x < y) == (a < b) && (x > y) == (a > b) && (x <= y) == (a <= b) && (x >= y) == (a >= b) &&
@@ -102,22 +111,38 @@ void check_arithmetic(int count) {
   }
 }
 
-template <int Bits>
+template <int Bits, typename Raw = std::int64_t>
 void check_roots(int count) {
-  RawSamples samples;
+  RawSamples<Raw> samples;
   for (int i = 0; i < count; ++i) {
-    const std::int64_t a = samples.draw();
-    const Fixed<Bits> root = sqrt(Fixed<Bits>::from_raw(a));
+    const Raw a = samples.draw();
+    const Fixed<Bits, Raw> root = sqrt(Fixed<Bits, Raw>::from_raw(a));
     if (a < 0) {
       check(root, {0, true}, "root", a, 0);
       continue;
     }
+    // r - 1/2 < root < r + 1/2, squared, times 4
     const Wide square = static_cast<Wide>(a) << Bits;
     const Wide r = root.raw();
-    if (root.overflowed() || r < 0 || r * r > square || (r + 1) * (r + 1) <= square) {
+    const bool nearest = (r == 0 || r * r - r < square) && square <= r * r + r;
+    if (root.overflowed() || r < 0 || !nearest) {
       FAIL(("root of raw " + std::to_string(a) + ": " + std::to_string(root.raw())).c_str());
     }
   }
+}
+
+template <typename To, typename From>
+void check_conversions(int to_bits, int from_bits, int count) {
+  using ToRaw = decltype(To().raw());
+  RawSamples<decltype(From().raw())> samples;
+  for (int i = 0; i < count; ++i) {
+    const auto a = samples.draw();
+    const Expectation expected = to_bits >= from_bits
+                                     ? saturated<ToRaw>(static_cast<Wide>(a) * (Wide{1} << (to_bits - from_bits)))
+                                     : rounded_quotient<ToRaw>(magnitude(a), Wide{1} << (from_bits - to_bits), a < 0);
+    check(To(From::from_raw(a)), expected, "conversion", a);
+  }
+  CHECK(To(From(1) / From(0)).overflowed());
 }
 
 }  // namespace
@@ -128,7 +153,22 @@ TEST(FixedPoint, sums_products_and_quotients_are_exact_to_the_last_bit) {
   check_arithmetic<47>(200000);
   check_arithmetic<1>(50000);
   check_arithmetic<30>(50000);
+  check_arithmetic<56>(50000);
   check_arithmetic<61>(50000);
+  check_arithmetic<29, std::int32_t>(200000);
+  check_arithmetic<24, std::int32_t>(50000);
+  check_arithmetic<1, std::int32_t>(50000);
+}
+
+TEST(FixedPoint, conversions_between_formats_are_the_nearest_or_saturate) {
+  check_conversions<FixedQ56, FixedQ47>(56, 47, 50000);
+  check_conversions<FixedQ47, FixedQ56>(47, 56, 50000);
+  check_conversions<FixedQ29, FixedQ47>(29, 47, 50000);
+  check_conversions<FixedQ47, FixedQ29>(47, 29, 50000);
+  check_conversions<Fixed<24, std::int32_t>, FixedQ29>(24, 29, 50000);
+  check_conversions<FixedQ29, Fixed<24, std::int32_t>>(29, 24, 50000);
+  check_conversions<Fixed<1>, Fixed<61>>(1, 61, 50000);
+  check_conversions<Fixed<61>, Fixed<1>>(61, 1, 50000);
 }
 
 TEST(FixedPoint, halves_are_rounded_away_from_zero) {
@@ -154,17 +194,24 @@ TEST(FixedPoint, what_is_too_large_saturates_with_a_flag) {
   CHECK_FALSE((FixedQ47(256) * FixedQ47(255)).overflowed());
 }
 
+TEST(FixedPoint, the_lowest_integer_is_out_of_range) {
+  check(FixedQ47::from_raw(INT64_MIN), {-most, true}, "lowest of 64 bits");
+  check(FixedQ29::from_raw(INT32_MIN), {-INT32_MAX, true}, "lowest of 32 bits");
+}
+
 TEST(FixedPoint, division_by_zero_saturates_toward_the_sign_of_the_numerator) {
   check(FixedQ47(3) / FixedQ47(0), {most, true}, "3 / 0");
   check(FixedQ47(-3) / FixedQ47(0), {-most, true}, "-3 / 0");
   CHECK((FixedQ47(0) / FixedQ47(0)).overflowed());
 }
 
-TEST(FixedPoint, roots_are_rounded_down_and_negative_ones_flagged) {
+TEST(FixedPoint, roots_are_the_nearest_and_negative_ones_flagged) {
   check_roots<47>(200000);
   check_roots<1>(50000);
   check_roots<30>(50000);
   check_roots<61>(50000);
+  check_roots<29, std::int32_t>(50000);
+  check_roots<1, std::int32_t>(50000);
   CHECK(sqrt(FixedQ47(9)) == FixedQ47(3));
   CHECK(sqrt(FixedQ47(0)) == FixedQ47(0));
 }
@@ -194,6 +241,7 @@ TEST(FixedPoint, from_int_is_exact_or_saturates) {
   for (const int value : {0, 1, -1, 2, 1000, -1000, 65535, -65535, 65536, -65536, INT32_MAX, INT32_MIN}) {
     check(FixedQ47(value), saturated(static_cast<Wide>(value) * (Wide{1} << 47)), "number", value);
     check(Fixed<1>(value), saturated(static_cast<Wide>(value) * 2), "number", value);
+    check(FixedQ29(value), saturated<std::int32_t>(static_cast<Wide>(value) * (Wide{1} << 29)), "number", value);
     check(Fixed<61>(value), saturated(static_cast<Wide>(value) * (Wide{1} << 61)), "number", value);
   }
 }
@@ -215,6 +263,13 @@ TEST(FixedPoint, from_double_is_the_nearest) {
   check(FixedQ47(0x1p5 + 0x1p-47), {(std::int64_t{1} << 52) + 1, false}, "2^52 + 1 steps");
   check(FixedQ47(-0x1p5 - 0x1p-47), {-(std::int64_t{1} << 52) - 1, false}, "-2^52 - 1 steps");
   check(FixedQ47(0x1p-48 - 0x1p-101), {0, false}, "just under half a step");
+  // 32 bits: halves up to the end of the range.
+  for (const std::int64_t raw : {std::int64_t{0}, std::int64_t{7}, std::int64_t{INT32_MAX - 1}}) {
+    const double value = std::ldexp(static_cast<double>(raw), -29);
+    check(FixedQ29(value + 0x1p-30), {raw + 1, false}, "and a half", raw);
+    check(FixedQ29(-value - 0x1p-30), {-raw - 1, false}, "and a half, negative", raw);
+    check(FixedQ29(value + 0x1p-31), {raw, false}, "and a quarter", raw);
+  }
 }
 
 TEST(FixedPoint, from_double_saturates_and_flags_what_is_no_number) {
@@ -224,6 +279,9 @@ TEST(FixedPoint, from_double_saturates_and_flags_what_is_no_number) {
   check(FixedQ47(HUGE_VAL), {most, true}, "infinity");
   check(FixedQ47(-HUGE_VAL), {-most, true}, "-infinity");
   check(FixedQ47(std::nan("")), {0, true}, "NaN");
+  check(FixedQ29(4.0), {INT32_MAX, true}, "4");
+  check(FixedQ29(-4.0), {-INT32_MAX, true}, "-4");
+  check(FixedQ29(4.0 - 0x1p-29), {INT32_MAX, false}, "the largest of 32 bits");
   const double largest = std::nextafter(65536.0, 0.0);
   CHECK_FALSE(FixedQ47(largest).overflowed());
   CHECK(static_cast<double>(FixedQ47(largest)) == largest);

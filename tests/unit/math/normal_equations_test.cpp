@@ -161,7 +161,7 @@ TEST(SmallNormalEquations, curvature_is_added_and_where_it_is_negative_the_step_
     const Vec6 b = p.J.transpose() * p.r;
     const bool expected = test::eigenvalues_of(H)(0) > 0.0;
     bool convex = !expected;
-    CHECK(e.factorise(K, 0.0, convex) == Status::ok);
+    CHECK(e.factorise(K, 0.0, 0.0, convex) == Status::ok);
     CHECK(convex == expected);
     double gain = 0.0;
     const Vec6 d = e.solution(gain);
@@ -188,12 +188,33 @@ TEST(SmallNormalEquations, a_tiny_negative_pivot_makes_no_huge_step) {
   Mat3 K = Mat3::Zero();
   K(2, 2) = -1.0 - 1e-9;
   bool convex = true;
-  CHECK(e.factorise(K, 1e-13, convex) == Status::ok);
+  CHECK(e.factorise(K, 1e-13, 0.0, convex) == Status::ok);
   CHECK_FALSE(convex);
   double gain = 0.0;
   CHECK((e.solution(gain) - Vec3(1.0, 1.0, 100.0)).norm() < 1e-9);
   K(2, 2) = -1.0;
-  CHECK(e.factorise(K, 1e-13, convex) == Status::rank_deficient);
+  CHECK(e.factorise(K, 1e-13, 0.0, convex) == Status::rank_deficient);
+}
+
+TEST(SmallNormalEquations, what_leaves_the_range_is_said_and_a_pivot_can_be_kept_in_it) {
+  const FixedQ47 zero(0);
+  NormalEquations<FixedQ47, 2> e;
+  e.clear();
+  e.add({FixedQ47(1), zero}, FixedQ47(1));
+  e.add({zero, FixedQ47(0.001)}, FixedQ47(0.001));  // a pivot of 1e-6, its inverse above 65536
+  CHECK(e.factorise(zero) == Status::not_finite);
+  const FixedQ47 least = LeastDivisor<FixedQ47>::value;
+  CHECK_FALSE((FixedQ47(1) / least).overflowed());
+  CHECK((FixedQ47(1) / (least - FixedQ47::from_raw(1))).overflowed());
+  CHECK(e.factorise(zero, least) == Status::ok);
+  FixedQ47 gain;
+  const auto d = e.solution(gain);
+  CHECK(is_sound(d));
+  DOUBLES_EQUAL(1.0, static_cast<double>(d(0)), 1e-12);
+  DOUBLES_EQUAL(1e-6 * 65536.0, static_cast<double>(d(1)), 1e-6);  // shorter than 1, the same way
+
+  e.add({FixedQ47(300), zero}, zero);  // its square is out of range
+  CHECK(e.factorise(zero, least) == Status::not_finite);
 }
 
 TEST(SmallNormalEquations, dependent_columns_are_rank_deficient) {
