@@ -29,9 +29,9 @@ namespace {
 constexpr std::uint64_t seed = 662607;
 __extension__ using Wide = __int128;
 
-std::string text_of(const char* format, double value) {
+std::string text_of(int digits, double value) {
   char text[40];
-  std::snprintf(text, sizeof text, format, value);
+  std::snprintf(text, sizeof text, "%.*g", digits, value);
   return text;
 }
 
@@ -88,7 +88,7 @@ class Operations {
  private:
   static Wide magnitude(Raw raw) { return raw < 0 ? -static_cast<Wide>(raw) : static_cast<Wide>(raw); }
   static std::string name(const char* what, Raw raw) {
-    return std::string(what) + " = " + text_of("%.17g", std::ldexp(static_cast<double>(raw), -Bits));
+    return std::string(what) + " = " + text_of(17, std::ldexp(static_cast<double>(raw), -Bits));
   }
   static std::string names(Raw a, Raw b) { return name("a", a) + ", " + name("b", b); }
 
@@ -154,7 +154,7 @@ class Operations {
     const F x(value);
     if (x.overflowed()) return;
     const double scaled = std::ldexp(value, Bits);
-    from_double_.see(std::fabs(scaled - static_cast<double>(x.raw())), [&] { return text_of("%.17g", value); });
+    from_double_.see(std::fabs(scaled - static_cast<double>(x.raw())), [&] { return text_of(17, value); });
   }
   template <int OtherBits, typename OtherRaw>
   static void from(OtherRaw raw, Worst& worst) {
@@ -164,7 +164,7 @@ class Operations {
     constexpr int down = std::max(OtherBits - Bits, 0);
     const Wide off = (static_cast<Wide>(raw) * (Wide{1} << up)) - (static_cast<Wide>(x.raw()) * (Wide{1} << down));
     worst.see(std::ldexp(static_cast<double>(off < 0 ? -off : off), -down),
-              [&] { return text_of("%.17g", std::ldexp(static_cast<double>(raw), -OtherBits)); });
+              [&] { return text_of(17, std::ldexp(static_cast<double>(raw), -OtherBits)); });
   }
 
   Generator generator_{seed};
@@ -219,8 +219,7 @@ class Functions {
     return v;
   }
   static std::string name(const char* what, const Vector_d& v) {
-    return std::string(what) + " = (" + text_of("%.6g", v(0)) + ", " + text_of("%.6g", v(1)) + ", " +
-           text_of("%.6g", v(2)) + ")";
+    return std::string(what) + " = (" + text_of(6, v(0)) + ", " + text_of(6, v(1)) + ", " + text_of(6, v(2)) + ")";
   }
   template <typename A, typename B>
   static double steps(const A& actual, const B& expected) {
@@ -281,7 +280,7 @@ class Functions {
                               t_s.template cast<double>(), expected) == Status::ok);
     CHECK(is_sound(found));
     const double error = std::fabs(static_cast<double>(found(2)) / expected(2) - 1.0) / z / Step<S>::value;
-    depth_.see(error, [&] { return name("p_C", point) + ", turned by " + text_of("%.3g", turn) + " rad"; });
+    depth_.see(error, [&] { return name("p_C", point) + ", turned by " + text_of(3, turn) + " rad"; });
   }
 
   void systems() {
@@ -309,7 +308,7 @@ class Functions {
     // No smaller than what errors of A are multiplied by.
     const double sensitivity = f.inverse().trace() * 16.0;
     solution_.see(steps(d, d_d) / (sensitivity * std::max(d_d.norm(), 1.0)),
-                  [&] { return "16 tr(A^-1) = " + text_of("%.3g", sensitivity); });
+                  [&] { return "16 tr(A^-1) = " + text_of(3, sensitivity); });
 
     Eigen::Matrix<S, 4, 4> A;
     Eigen::Matrix<S, 4, 4> V;
@@ -334,7 +333,7 @@ class Functions {
     std::sort(expected.begin(), expected.end());
     for (std::size_t k = 0; k < 4; ++k) {
       eigenvalue_.see(std::fabs(values[k] - expected[k]) / Step<S>::value,
-                      [&] { return "eigenvalue " + text_of("%.3g", expected[k]); });
+                      [&] { return "eigenvalue " + text_of(3, expected[k]); });
     }
   }
 
@@ -346,7 +345,7 @@ std::string table(const std::string& title, const std::vector<Row>& rows) {
   std::string text = "\n#### " + title + "\n| | bound | worst found | at |\n|---|---|---|---|\n";
   for (const Row& row : rows) {
     CHECK_TEXT(row.worst.steps <= row.bound, (title + ": " + row.what + " at " + row.worst.at).c_str());
-    text += "| " + row.what + " | " + text_of("%g", row.bound) + " | " + text_of("%.3g", row.worst.steps) + " | " +
+    text += "| " + row.what + " | " + text_of(6, row.bound) + " | " + text_of(3, row.worst.steps) + " | " +
             row.worst.at + " |\n";
   }
   return text;
