@@ -16,7 +16,8 @@ using CameraImage = std::variant<std::monostate, vision::ImageView, vision::Imag
   const auto height = static_cast<int>(frame.height_px);
   const auto stride = static_cast<int>(frame.stride_bytes);
   if (frame.format == hal::PixelFormat::mono16) {
-    return vision::ImageView16{reinterpret_cast<const std::uint16_t*>(frame.pixels), width, height, stride / 2};
+    const void* const pixels = frame.pixels;
+    return vision::ImageView16{static_cast<const std::uint16_t*>(pixels), width, height, stride / 2};
   }
   return vision::ImageView{frame.pixels, width, height, stride};
 }

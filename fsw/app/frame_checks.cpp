@@ -143,8 +143,8 @@ void FrameChecks::look_at_levels(const hal::Frame& frame, FrameCheck& out) const
       brightest = std::max<std::uint32_t>(brightest, level);
     }
   }
-  out.darkest = static_cast<std::uint8_t>(std::min(darkest >> shift, 255U));
-  out.brightest = static_cast<std::uint8_t>(std::min(brightest >> shift, 255U));
+  out.darkest = static_cast<std::uint8_t>(std::min<std::uint32_t>(darkest >> shift, 255U));
+  out.brightest = static_cast<std::uint8_t>(std::min<std::uint32_t>(brightest >> shift, 255U));
 }
 
 FrameFault FrameChecks::judge_image(const hal::Frame& frame, FrameCheck& out) {

@@ -15,7 +15,7 @@ Status NoncoopNavigator::configure(const NavigatorConfig& config, const CameraMo
   if (status != Status::ok) return status;
   config_ = config;
   camera_ = camera;
-  tracker_ = vision::FeatureTracker(config.tracker);
+  tracker_.configure(config.tracker);
   restart();
   return Status::ok;
 }

@@ -107,7 +107,7 @@ Status SpotAcquisition::search(const SpotScene& scene, std::uint16_t camera, Acq
     try_spots(scene, triples_, camera, spots, least_hits, out.effort, best);
     bool found = false;
     for (std::size_t k = 0; k < best.size(); ++k) {
-      if (refine_hypothesis(scene, best[k].pose, out.effort.poses, candidate_) != Status::ok) continue;
+      if (refine_hypothesis(scene, best[k].pose, out.effort.poses, previous_, candidate_) != Status::ok) continue;
       if (found) {
         offer(candidate_, out);
       } else if (is_believed(scene, candidate_)) {
@@ -151,7 +151,8 @@ void SpotAcquisition::look_for_others(const SpotScene& scene, AcquiredSpots& out
       try_spots(scene, triples_, camera, triple, least_hits, effort, best);
       out.effort.solved += effort.solved;
       for (std::size_t i = 0; i < best.size(); ++i) {
-        if (refine_hypothesis(scene, best[i].pose, out.effort.poses, candidate_) == Status::ok) offer(candidate_, out);
+        if (refine_hypothesis(scene, best[i].pose, out.effort.poses, previous_, candidate_) == Status::ok)
+          offer(candidate_, out);
       }
       const auto in_triple = [&](std::uint8_t s) { return s == triple[0] || s == triple[1] || s == triple[2]; };
       count = static_cast<std::size_t>(std::remove_if(spot.begin(), spot.begin() + count, in_triple) - spot.begin());

@@ -53,6 +53,7 @@ class SpotAcquisition {
   std::array<SpotField, config::max_cameras> fields_;
   SpotTriples order_;
   SpotAgreement candidate_;
+  PoseObservations previous_;  ///< of its refinement
   bool has_other_ = false;
   int steps_ = 0;  ///< where the next call goes on
   std::uint16_t camera_ = 0;

@@ -189,12 +189,12 @@ void judge(const SpotScene& scene, int poses_tried, SpotAgreement& out) {
 
 }  // namespace
 
-Status refine_hypothesis(const SpotScene& scene, const Pose& start, int poses_tried, SpotAgreement& out) {
+Status refine_hypothesis(const SpotScene& scene, const Pose& start, int poses_tried, PoseObservations& previous,
+                         SpotAgreement& out) {
   ObservationMask all;
   all.fill(true);
   Pose pose = start;
   bool settled = false;
-  PoseObservations previous;
   for (int k = 0; k < most_solutions && !settled; ++k) {
     // Wide, half as wide, then that of the noise.
     const double gate_px = k == 0 ? scene.settings.gate_px : (k == 1 ? 0.5 * scene.settings.gate_px : 0.0);

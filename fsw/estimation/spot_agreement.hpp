@@ -18,7 +18,9 @@ struct SpotAgreement {
 /// At most 5 solutions. `poses_tried`: by the search up to here.
 /// ok; too_few_features: fewer than 4 spots; no_convergence: residuals beyond chi2_factor, the pose not allowed, or the
 /// assignment does not come to rest; else as solve_pose().
-Status refine_hypothesis(const SpotScene& scene, const Pose& start, int poses_tried, SpotAgreement& out);
+/// `previous` is room to work in.
+Status refine_hypothesis(const SpotScene& scene, const Pose& start, int poses_tried, PoseObservations& previous,
+                         SpotAgreement& out);
 
 /// The two are one solution within its uncertainty (and 1 deg, 2 % of range).
 [[nodiscard]] bool are_same_pose(const PoseEstimate& a, const PoseEstimate& b);

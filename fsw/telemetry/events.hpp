@@ -46,6 +46,7 @@ enum class EventId : std::uint16_t {
   pose_ambiguous = 24,
   spots_dropped = 25,
   pair_incomplete = 26,
+  safe_state_entered = 27,
 };
 
 struct EventDefinition {
@@ -56,7 +57,7 @@ struct EventDefinition {
   std::array<const char*, 4> args;  ///< meaning of each argument; "" for one that is not used (and 0)
 };
 
-inline constexpr std::array<EventDefinition, 26> event_definitions{{
+inline constexpr std::array<EventDefinition, 27> event_definitions{{
     {EventId::mode_changed,
      "mode_changed",
      Severity::info,
@@ -183,6 +184,12 @@ inline constexpr std::array<EventDefinition, 26> event_definitions{{
      Severity::low,
      "One camera's frame of a pair is missing, late or damaged; the other one was used alone.",
      {"camera", "time_ns", "incomplete_frames", ""}},
+    {EventId::safe_state_entered,
+     "safe_state_entered",
+     Severity::high,
+     "The program cannot go on: the last packet before the platform's safe state. Cause and details are the "
+     "platform's.",
+     {"cause", "where", "detail", ""}},
 }};
 
 /// nullptr for an id that is not in the table.

@@ -48,6 +48,11 @@ struct MatchReport {
 class FeatureTracker {
  public:
   explicit FeatureTracker(const TrackerOptions& options = {}) : options_(options) {}
+  /// Takes the options and forgets every patch. In place: a new tracker would need its 100 KiB on the stack.
+  void configure(const TrackerOptions& options) {
+    options_ = options;
+    clear();
+  }
 
   /// Captures the patch about (u, v); replaces whatever the slot held. invalid_argument: slot index or image;
   /// outside_domain: nearer than reference_half_px to the image's edge (the slot is then empty).

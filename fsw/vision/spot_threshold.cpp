@@ -60,8 +60,8 @@ void SpotThreshold::measure_blocks(const GreyImageView<Pixel>& image, const Pixe
       for (int v = v0; v < v1; v += step) {
         const Pixel* line = image.at(0, v);
         for (int u = u0; u < u1; u += step) {
-          const std::uint64_t bin = (line[u] * scale_q16) >> 16U;
-          ++histogram[std::min<std::uint64_t>(bin, bins - 1)];
+          const std::uint64_t bin = std::min<std::uint64_t>((line[u] * scale_q16) >> 16U, bins - 1);
+          ++histogram[static_cast<std::size_t>(bin)];
           ++count;
         }
       }

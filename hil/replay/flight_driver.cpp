@@ -66,8 +66,7 @@ void set_up_cooperative(const FlightSetup& setup, app::FlightLoopConfig& config)
 
 }  // namespace
 
-std::unique_ptr<StepDriver> make_flight_driver(const FlightSetup& setup, hal::Camera& camera, hal::Camera* second,
-                                               hal::PacketLink& link) {
+app::FlightLoopConfig flight_config_of(const FlightSetup& setup) {
   check_camera(setup.camera.intrinsics, setup.camera_file);
   auto config = app::FlightLoopConfig::defaults(setup.rigid_target ? MotionKind::rigid_target : MotionKind::camera);
   config.navigation = setup.navigation;
@@ -79,8 +78,13 @@ std::unique_ptr<StepDriver> make_flight_driver(const FlightSetup& setup, hal::Ca
     config.navigator.filter.range_sigma_m = setup.range_sigma_m;
     config.scale_known = true;  // a range with its accuracy is a measured one
   }
+  return config;
+}
+
+std::unique_ptr<StepDriver> make_flight_driver(const FlightSetup& setup, hal::Camera& camera, hal::Camera* second,
+                                               hal::PacketLink& link) {
   auto driver = std::make_unique<FlightDriver>(camera, second, link);
-  const Status status = driver->configure(config);
+  const Status status = driver->configure(flight_config_of(setup));
   if (status != Status::ok) {
     throw InputError(setup.config_file.empty() ? setup.camera_file : setup.config_file, 0,
                      std::string("the flight loop refuses the configuration: ") + to_string(status),

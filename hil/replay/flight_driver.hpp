@@ -25,6 +25,9 @@ struct FlightSetup {
   std::string config_file;      ///< empty: defaults
 };
 
+/// What the flight loop is told by such a set-up. Throws InputError: unusable camera, target or configuration file.
+[[nodiscard]] app::FlightLoopConfig flight_config_of(const FlightSetup& setup);
+
 /// `second`: for coop_stereo, else null. The flight loop with a steady clock and a watchdog that does nothing. Throws InputError when the configuration is refused.
 [[nodiscard]] std::unique_ptr<StepDriver> make_flight_driver(const FlightSetup& setup, hal::Camera& camera,
                                                              hal::Camera* second, hal::PacketLink& link);

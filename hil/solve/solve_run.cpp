@@ -39,15 +39,11 @@ ReplayOutcome run_solve(const SolveSetup& setup, const CameraRig& rig, const Tar
   const auto telemetry = std::make_unique<app::TelemetryWriter>(link);
   if (telemetry->configure(telemetry::PacketConfig{}, 0) != Status::ok) throw std::logic_error("telemetry defaults");
   std::uint32_t sequence = 0;
-  std::size_t failures = 0;
   for (const ObservationEpoch& epoch : epochs) {
     const app::StepReport& report = solver.solve(epoch.time, pose_observations(observation_file, epoch, target, rig));
     const FrameRecord record = record_of(report, epoch.time);
     const app::FrameStamp stamp{epoch.time, sequence};
-    if (!record.has_pose) {
-      ++failures;
-      send_failure(*telemetry, report, stamp);
-    }
+    if (!record.has_pose) send_failure(*telemetry, report, stamp);
     telemetry->send_state(report, stamp, {record.has_pose, true});
     ++sequence;
     files.add(record);

@@ -86,7 +86,7 @@ void add_scenario_command(CLI::App& app, int& exit_status) {
         ->check(CLI::Range(std::size_t{1}, kind.largest_count))
         ->option_text("N");
     one->add_flag("--force", o->force, "Use a folder that is not empty; files of an earlier run are replaced");
-    one->callback([o, kind = kind, &exit_status] { exit_status = run(*o, kind); });
+    one->callback([o, chosen = kind, &exit_status] { exit_status = run(*o, chosen); });
   }
 }
 

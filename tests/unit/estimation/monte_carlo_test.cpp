@@ -18,8 +18,8 @@
 namespace relnav {
 namespace {
 
-#ifdef __SANITIZE_ADDRESS__
-// The sanitizers watch one run a campaign, start and handover included; fifty whole ones would take them minutes.
+#ifdef RELNAV_SHORT_CAMPAIGNS
+// Sanitizers and emulators see one run a campaign, start and handover included; fifty whole ones would take them minutes.
 constexpr bool statistics = false;
 constexpr int seeds = 1;
 constexpr int frames = 90;

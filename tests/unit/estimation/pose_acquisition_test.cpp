@@ -14,7 +14,7 @@ namespace {
 
 using test::degrees_per_radian;
 
-#ifdef __SANITIZE_ADDRESS__
+#ifdef RELNAV_SHORT_CAMPAIGNS
 constexpr int poses = 500;
 #else
 constexpr int poses = 10000;

@@ -12,6 +12,12 @@ namespace {
 
 using namespace test;
 
+#ifdef RELNAV_SHORT_CAMPAIGNS
+constexpr int share = 8;  // of the runs; how many must succeed is asked of whole campaigns only
+#else
+constexpr int share = 1;
+#endif
+
 SpotAcquisition acquisition;
 AcquiredSpots acquired;
 
@@ -33,7 +39,7 @@ Outcome campaign(const CameraRig& rig, const TargetModel& target, const SpotScen
                  std::uint64_t seed, const AttitudePrior& prior = {}, const SpotSearchSettings& settings = {}) {
   SpotSimulation simulation(seed);
   Outcome out;
-  for (int k = 0; k < runs; ++k) {
+  for (int k = 0; k < runs; k += share) {
     const Pose truth = simulation.pose(scenario);
     const RigSpots spots = simulation.spots(rig, target, truth, scenario);
     acquisition.restart();
@@ -52,7 +58,7 @@ Outcome campaign(const CameraRig& rig, const TargetModel& target, const SpotScen
 void check(const Outcome& o, int least_right) {
   const SimpleString text =
       StringFromFormat("right %d ambiguous %d wrong %d none %d", o.right, o.ambiguous, o.wrong, o.none);
-  CHECK_TRUE_TEXT(o.right >= least_right, text.asCharString());
+  CHECK_TRUE_TEXT(share > 1 || o.right >= least_right, text.asCharString());
   LONGS_EQUAL_TEXT(0, o.wrong, text.asCharString());
 }
 
@@ -120,7 +126,7 @@ TEST(SpotAcquisition, clutter_alone_is_nothing) {
   SpotSearchSettings settings;
   settings.max_hypotheses = 50000;
   TargetModel nothing;  // the clutter is drawn about the pose, no marker is
-  for (int k = 0; k < 25; ++k) {
+  for (int k = 0; k < 25; k += share) {
     const RigSpots spots = simulation.spots(one_camera(), nothing, simulation.pose(s), s);
     acquisition.restart();
     CHECK(acquisition.acquire(one_camera(), eight_leds(), spots, settings, {}, acquired) == Status::no_data);
@@ -134,7 +140,7 @@ TEST(SpotAcquisition, mirrored_target_is_refused) {
   SpotScenario s;
   s.noise_px = 0.1;
   s.range_to_m = 8.0;
-  for (int k = 0; k < 40; ++k) {
+  for (int k = 0; k < 40; k += share) {
     const RigSpots spots = simulation.spots(one_camera(), mirrored, simulation.pose(s), s);
     acquisition.restart();
     CHECK(acquisition.acquire(one_camera(), eight_leds(), spots, {}, {}, acquired) == Status::no_data);
@@ -145,7 +151,7 @@ TEST(SpotAcquisition, square_is_ambiguous) {
   SpotSimulation simulation(108);
   const SpotScenario s = four_in_a_square();
   for (const CameraRig& rig : {one_camera(), two_cameras()}) {
-    for (int k = 0; k < 25; ++k) {
+    for (int k = 0; k < 25; k += share) {
       const RigSpots spots = simulation.spots(rig, four_leds(), simulation.pose(s), s);
       CHECK(acquisition.acquire(rig, four_leds(), spots, {}, {}, acquired) == Status::ok);
       CHECK(acquired.ambiguous);
@@ -164,7 +170,7 @@ TEST(SpotAcquisition, square_in_one_camera_keeps_the_two_tilts_of_a_plane) {
   s.range_to_m = 12.0;
   const Outcome o = campaign(one_camera(), four_leds(), s, 40, 110, near_zero());
   check(o, 10);
-  CHECK(o.ambiguous > 0);
+  CHECK(share > 1 || o.ambiguous > 0);
 }
 
 TEST(SpotAcquisition, square_in_two_cameras_among_clutter) {

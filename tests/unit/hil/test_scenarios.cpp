@@ -19,7 +19,6 @@ using relnav::test::Scratch;
 
 namespace {
 
-
 double angle_deg(const TimedPose& pose) { return rotation_vector(pose.R_CT).norm() * degrees_per_radian; }
 
 ScenarioOptions options(double sigma_px, std::size_t count, std::uint64_t seed = 1) {

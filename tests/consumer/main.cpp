@@ -1,0 +1,97 @@
+// The flight loop of the installed package, between drivers of this project's own.
+#include <array>
+#include <cstddef>
+#include <cstdio>
+#include <cstdlib>
+
+#include "fsw/app/flight_loop.hpp"
+#include "fsw/base/panic.hpp"
+
+namespace relnav {
+
+void panic(const char* file, int line, const char* what) {
+  std::printf("%s:%d: %s\n", file, line, what);
+  std::abort();
+}
+
+}  // namespace relnav
+
+namespace {
+
+using namespace relnav;
+
+/// A chessboard, again and again.
+class Camera final : public hal::Camera {
+ public:
+  static constexpr std::uint32_t size_px = 200;
+
+  Camera() {
+    for (std::uint32_t i = 0; i < pixels_.size(); ++i)
+      pixels_[i] = ((i % size_px) / 20 + i / size_px / 20) % 2 == 0 ? std::uint8_t{40} : std::uint8_t{200};
+  }
+  Status start() override { return Status::ok; }
+  Status acquire(Duration, hal::Frame& frame) override {
+    frame.pixels = pixels_.data();
+    frame.width_px = frame.height_px = frame.stride_bytes = size_px;
+    frame.mid_exposure = Time{++frame_count_ * 100'000'000};
+    frame.sequence = static_cast<std::uint32_t>(frame_count_);
+    return Status::ok;
+  }
+  Status release(const hal::Frame&) override { return Status::ok; }
+  Status stop() override { return Status::ok; }
+  [[nodiscard]] std::uint32_t max_leases() const override { return 2; }
+
+ private:
+  std::array<std::uint8_t, std::size_t{size_px} * size_px> pixels_;
+  std::int64_t frame_count_ = 0;
+};
+
+class Clock final : public hal::Clock {
+ public:
+  [[nodiscard]] Time now() override { return Time{++now_ns_}; }
+  [[nodiscard]] hal::ClockId id() const override { return hal::ClockId::monotonic; }
+
+ private:
+  std::int64_t now_ns_ = 0;
+};
+
+class Link final : public hal::PacketLink {
+ public:
+  Status send(std::span<const std::uint8_t>) override {
+    ++sent;
+    return Status::ok;
+  }
+  [[nodiscard]] std::uint32_t max_packet_bytes() const override { return 1400; }
+  int sent = 0;
+};
+
+class Watchdog final : public hal::Watchdog {
+ public:
+  Status kick() override {
+    ++kicks;
+    return Status::ok;
+  }
+  Status trip() override { return Status::ok; }
+  int kicks = 0;
+};
+
+Camera camera;
+Clock system_clock;
+Link downlink;
+Watchdog watchdog;
+app::FlightLoop loop(camera, system_clock, downlink, watchdog);
+
+}  // namespace
+
+int main() {
+  auto config = app::FlightLoopConfig::defaults(MotionKind::rigid_target);
+  config.camera.fu = config.camera.fv = 300.0;
+  config.camera.cu = config.camera.cv = 99.5;
+  config.camera.width_px = config.camera.height_px = static_cast<std::int32_t>(Camera::size_px);
+  config.navigator.filter.range_m = 5.0;
+  if (loop.configure(config) != Status::ok || loop.start() != Status::ok) return 1;
+  for (int i = 0; i < 20; ++i) loop.step();
+  const bool good = loop.mode() == app::Mode::track && watchdog.kicks == 20 && downlink.sent > 20;
+  std::printf("%d packets, %s\n", downlink.sent, good ? "tracking" : "not tracking");
+  return good ? 0 : 1;
+}

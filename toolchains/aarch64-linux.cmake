@@ -1,0 +1,6 @@
+set(CMAKE_SYSTEM_PROCESSOR aarch64)
+set(CMAKE_C_COMPILER aarch64-linux-gnu-gcc)
+set(CMAKE_CXX_COMPILER aarch64-linux-gnu-g++)
+set(CMAKE_CROSSCOMPILING_EMULATOR qemu-aarch64-static)
+set(RELNAV_SYSROOT ${CMAKE_CURRENT_LIST_DIR}/../build/sysroots/aarch64-linux)
+include(${CMAKE_CURRENT_LIST_DIR}/linux.cmake)

@@ -1,0 +1,6 @@
+set(CMAKE_SYSTEM_PROCESSOR riscv64)
+set(CMAKE_C_COMPILER riscv64-linux-gnu-gcc)
+set(CMAKE_CXX_COMPILER riscv64-linux-gnu-g++)
+set(CMAKE_CROSSCOMPILING_EMULATOR qemu-riscv64-static)
+set(RELNAV_SYSROOT ${CMAKE_CURRENT_LIST_DIR}/../build/sysroots/riscv64-linux)
+include(${CMAKE_CURRENT_LIST_DIR}/linux.cmake)
