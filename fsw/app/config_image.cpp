@@ -21,8 +21,8 @@ class ValueWriter {
   template <typename T>
   requires std::integral<T> || std::is_enum_v<T>
   void operator()(const T& value) { out_.i64(static_cast<std::int64_t>(value)); }
-  template <typename T, std::size_t capacity>
-  void size(const BoundedVector<T, capacity>& list) {
+  template <typename T, std::size_t Capacity>
+  void size(const BoundedVector<T, Capacity>& list) {
     out_.u16(static_cast<std::uint16_t>(list.size()));
   }
 
@@ -41,8 +41,8 @@ class ValueReader {
     value = static_cast<T>(read);
     if (static_cast<std::int64_t>(value) != read) fits_ = false;
   }
-  template <typename T, std::size_t capacity>
-  void size(BoundedVector<T, capacity>& list) {
+  template <typename T, std::size_t Capacity>
+  void size(BoundedVector<T, Capacity>& list) {
     const std::size_t wanted = in_.u16();
     list.clear();
     for (std::size_t i = 0; i < wanted && fits_; ++i) fits_ = list.push_back(T()) == Status::ok;

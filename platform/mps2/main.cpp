@@ -13,6 +13,7 @@
 #include "fsw/app/final_event.hpp"
 #include "fsw/app/flight_loop.hpp"
 #include "platform/mps2/effort_file.hpp"
+#include "platform/mps2/no_heap.hpp"
 #include "platform/mps2/recording_watchdog.hpp"
 #include "platform/mps2/safe_state.hpp"
 #include "platform/mps2/semihosted_camera.hpp"
@@ -189,6 +190,7 @@ int fly(const char* in, const char* out) {
 
 int main(int argc, char** argv) {
   using namespace relnav::platform::mps2;
+  forbid_heap();
   if (argc != 3) {
     complain("expected IN OUT", "arguments");
     return exit_unusable;

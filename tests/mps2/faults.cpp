@@ -6,6 +6,7 @@
 
 #include "fsw/app/final_event.hpp"
 #include "fsw/base/panic.hpp"
+#include "platform/mps2/no_heap.hpp"
 #include "platform/mps2/recording_watchdog.hpp"
 #include "platform/mps2/safe_state.hpp"
 #include "platform/mps2/semihosted_packet_link.hpp"
@@ -61,6 +62,7 @@ int fail(const char* cause) {
 }  // namespace
 
 int main(int argc, char** argv) {
+  forbid_heap();
   if (argc != 3 || link.open(argv[2]) != Status::ok) return 2;
   set_safe_state_hook(tell_ground);
   return fail(argv[1]);
