@@ -49,8 +49,9 @@ Status UdpPacketLink::open(const char* host, std::uint16_t port) {
 Status UdpPacketLink::send(std::span<const std::uint8_t> packet) {
   if (packet.empty() || packet.size() > max_packet_bytes()) return Status::invalid_argument;
   if (socket_ < 0) return Status::not_configured;
+  const void* const address = address_;  // aligned for any of them
   const ssize_t sent = ::sendto(socket_, packet.data(), packet.size(), MSG_NOSIGNAL,
-                                reinterpret_cast<const sockaddr*>(address_), address_bytes_);
+                                static_cast<const sockaddr*>(address), address_bytes_);
   if (sent == static_cast<ssize_t>(packet.size())) return Status::ok;
   switch (errno) {
     case EAGAIN:
