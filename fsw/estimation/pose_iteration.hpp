@@ -81,8 +81,8 @@ class PoseIteration {
   Vector t = Vector::Zero();
 
   /// `row_of(i, R_CT, t, row)` gives the i-th of `count` observations, or an error that ends the solution when it comes at
-  /// the start and shortens the step later. ok; too_few_features: fewer than 3; rank_deficient; no_convergence; what
-  /// row_of says.
+  /// the start and shortens the step later. ok; too_few_features: fewer than 3; rank_deficient; no_convergence; not_finite: a
+  /// number left its range; what row_of says.
   template <typename RowOf>
   Status solve(int count, const RowOf& row_of, const IterationLimits<S>& limits) {
     iterations_ = 0;

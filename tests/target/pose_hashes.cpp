@@ -8,8 +8,8 @@
 
 #include "fsw/attitude/quaternion.hpp"
 #include "fsw/base/generator.hpp"
+#include "fsw/estimation/scaled_motor_solver.hpp"
 #include "fsw/estimation/scaled_pose_solver.hpp"
-#include "fsw/estimation/stereo_closed_form.hpp"
 
 namespace {
 
@@ -138,6 +138,11 @@ Status motor(const Scene& scene, PoseEstimate& estimate) {
   return status == Status::ok ? solve_motor(scene.target, points, MotorLines::all, estimate.pose) : status;
 }
 
+template <typename S>
+Status scaled_motor(const Scene& scene, PoseEstimate& estimate) {
+  return solve_scaled_motor<S>(scene.rig, scene.target, scene.seen, MotorLines::all, estimate.pose);
+}
+
 }  // namespace
 
 int main() {
@@ -148,5 +153,7 @@ int main() {
   run("stereo, least squares, double", 2, least_squares);
   run("stereo, scaled, Q16.47", 2, scaled<FixedQ47>);
   run("stereo, motor, double", 2, motor);
+  run("stereo, motor, float", 2, scaled_motor<float>);
+  run("stereo, motor, Q16.47", 2, scaled_motor<FixedQ47>);
   return 0;
 }

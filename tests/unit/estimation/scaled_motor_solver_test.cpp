@@ -15,6 +15,12 @@ namespace {
 
 using test::degrees_per_radian;
 
+#ifdef RELNAV_SHORT_CAMPAIGNS
+constexpr int poses = 200;
+#else
+constexpr int poses = 10000;
+#endif
+
 /// f = 35 mm, 4256 x 2832 px on 36.0 x 23.9 mm: the paper's.
 CameraIntrinsics paper_camera() {
   CameraIntrinsics k;
@@ -33,6 +39,7 @@ CameraRig rig_of(const CameraIntrinsics& camera, double baseline) {
 
 struct Sweep {
   int failures = 0;
+  int count = 0;
   double largest = 0.0;  ///< distance to double's over the sigma of 1 px
 };
 
@@ -44,15 +51,16 @@ void add(const CameraRig& rig, const TargetModel& target, const Pose& truth, Mot
   StereoPoints points;
   Pose expected;
   Pose actual;
-  Mat6 covariance;
   CHECK(triangulate_features(rig, target, seen, points) == Status::ok);
   const auto solve = [&](const StereoPoints& at, Pose& pose) { return solve_motor(target, at, lines, pose); };
   CHECK(solve(points, expected) == Status::ok);
-  CHECK(propagate_pixel_noise(rig, seen, points, solve, covariance) == Status::ok);
   if (solve_scaled_motor<S>(rig, target, seen, lines, actual) != Status::ok) {
     ++sweep.failures;
     return;
   }
+  if (sweep.count++ % 5 != 0) return;  // its covariance takes 32 solutions
+  Mat6 covariance;
+  CHECK(propagate_pixel_noise(rig, seen, points, solve, covariance) == Status::ok);
   const Vec6 d = test::pose_difference(actual, expected);
   sweep.largest = std::max(sweep.largest, std::sqrt(test::mahalanobis_squared(d, covariance)));
 }
@@ -113,8 +121,8 @@ TEST(ScaledMotorSolver, no_overflow_from_1_to_200_m_at_any_attitude) {
   for (const CameraIntrinsics& camera : {paper_camera(), test::pinhole(), test::long_focus()}) {
     for (const bool flat : {true, false}) {
       const MotorLines lines = flat ? MotorLines::target : MotorLines::all;
-      const Sweep fixed = over_all_attitudes<FixedQ47>(camera, flat, lines, flat ? 10000 : 1000);
-      const Sweep single = over_all_attitudes<float>(camera, flat, lines, flat ? 2000 : 1000);
+      const Sweep fixed = over_all_attitudes<FixedQ47>(camera, flat, lines, flat ? poses : poses / 10);
+      const Sweep single = over_all_attitudes<float>(camera, flat, lines, poses / 10);
       std::printf("    f = %.0f px, %s: Q16.47 %d failures, %.1e sigma; float %d, %.1e\n", camera.fu,
                   flat ? "square" : "cube", fixed.failures, fixed.largest, single.failures, single.largest);
       LONGS_EQUAL(0, fixed.failures);

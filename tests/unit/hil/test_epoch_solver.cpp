@@ -184,6 +184,16 @@ TEST(EpochSolver, NarrowArithmeticAgreesWithDouble) {
   }
 }
 
+// The epoch before leads to the pose; that its chi-square is too large must not be the end of it.
+TEST(EpochSolver, NarrowArithmeticLeavesAGrossErrorOut) {
+  Scenario scenario = stereo_pose_scenario(options(1.0, 1));
+  scenario.observations[3].rows[2].uv_px.x() += 60.0;
+  for (const SolveScalar scalar : {SolveScalar::in_float, SolveScalar::in_fixed}) {
+    CHECK(distance_from_double(scenario, setup_of(scalar, true)) < 0.01);
+    CHECK(solve_all(scenario, setup_of(scalar, true)).statuses[3] == Status::ok);
+  }
+}
+
 // Four markers in a square seen from the front by one camera: tilted one way or the other, the pixels are alike.
 TEST(EpochSolver, AmbiguousSquareGivesNoValidPose) {
   Scenario scenario;
