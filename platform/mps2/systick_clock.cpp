@@ -19,6 +19,8 @@ void SystickClock::start() {
   SystickReload::write(period - 1U);
   SystickValue::write(0);
   SystickControl::write(7);  // on, interrupt, processor's clock
+  while (SystickValue::read() == 0) {  // until it has taken the period over: 0 would look like its end
+  }
 }
 
 Time SystickClock::now() {
