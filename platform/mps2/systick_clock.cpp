@@ -18,7 +18,7 @@ constexpr std::uint32_t systick_pending = 1U << 26U;
 void SystickClock::start() {
   SystickReload::write(period - 1U);
   SystickValue::write(0);
-  SystickControl::write(7);  // on, interrupt, processor's clock
+  SystickControl::write(7);            // on, interrupt, processor's clock
   while (SystickValue::read() == 0) {  // until it has taken the period over: 0 would look like its end
   }
 }
