@@ -32,6 +32,17 @@ CameraIntrinsics long_focus() {
   return k;
 }
 
+CameraIntrinsics stereo_paper_camera() {
+  CameraIntrinsics k;
+  k.fu = 35.0 * 4256.0 / 36.0;
+  k.fv = 35.0 * 2832.0 / 23.9;
+  k.cu = 2127.5;
+  k.cv = 1415.5;
+  k.width_px = 4256;
+  k.height_px = 2832;
+  return k;
+}
+
 CameraIntrinsics distorted(DistortionModel model) {
   CameraIntrinsics k = pinhole();
   k.model = model;

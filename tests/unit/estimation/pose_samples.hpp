@@ -19,6 +19,9 @@ CameraIntrinsics pinhole();
 /// The paper's camera: 2048 x 2048 px of 7 um, f = 200 mm (cooperative-mono.md).
 CameraIntrinsics long_focus();
 
+/// The stereo paper's: f = 35 mm, 4256 x 2832 px on 36.0 x 23.9 mm (cooperative-stereo.md).
+CameraIntrinsics stereo_paper_camera();
+
 CameraIntrinsics distorted(DistortionModel model);
 
 CameraRig mono_rig(const CameraIntrinsics& k);

@@ -21,18 +21,6 @@ constexpr int poses = 200;
 constexpr int poses = 10000;
 #endif
 
-/// f = 35 mm, 4256 x 2832 px on 36.0 x 23.9 mm: the paper's.
-CameraIntrinsics paper_camera() {
-  CameraIntrinsics k;
-  k.fu = 35.0 * 4256.0 / 36.0;
-  k.fv = 35.0 * 2832.0 / 23.9;
-  k.cu = 2127.5;
-  k.cv = 1415.5;
-  k.width_px = 4256;
-  k.height_px = 2832;
-  return k;
-}
-
 CameraRig rig_of(const CameraIntrinsics& camera, double baseline) {
   return test::stereo_rig(camera, camera, test::reference_dcm(Vec3::UnitY(), 0.01), Vec3(baseline, 0.0, 0.0));
 }
@@ -69,7 +57,8 @@ void add(const CameraRig& rig, const TargetModel& target, const Pose& truth, Mot
 template <typename S>
 Sweep over_the_papers_poses(MotorLines lines) {
   test::Normal rng(1);
-  const CameraRig rig = test::stereo_rig(paper_camera(), paper_camera(), Mat3::Identity(), Vec3(1.0, 0.0, 0.0));
+  const CameraRig rig =
+      test::stereo_rig(test::stereo_paper_camera(), test::stereo_paper_camera(), Mat3::Identity(), Vec3(1.0, 0.0, 0.0));
   const TargetModel target = test::target_of(test::square(0.5));
   Sweep sweep;
   for (int axis = 0; axis < 3; ++axis) {
@@ -118,7 +107,7 @@ TEST(ScaledMotorSolver, every_arithmetic_agrees_over_the_papers_poses) {
 }
 
 TEST(ScaledMotorSolver, no_overflow_from_1_to_200_m_at_any_attitude) {
-  for (const CameraIntrinsics& camera : {paper_camera(), test::pinhole(), test::long_focus()}) {
+  for (const CameraIntrinsics& camera : {test::stereo_paper_camera(), test::pinhole(), test::long_focus()}) {
     for (const bool flat : {true, false}) {
       const MotorLines lines = flat ? MotorLines::target : MotorLines::all;
       const Sweep fixed = over_all_attitudes<FixedQ47>(camera, flat, lines, flat ? poses : poses / 10);
@@ -135,7 +124,7 @@ TEST(ScaledMotorSolver, no_overflow_from_1_to_200_m_at_any_attitude) {
 
 TEST(ScaledMotorSolver, off_centre_and_without_noise_it_is_exact) {
   test::Normal rng(3);
-  const CameraRig rig = rig_of(paper_camera(), 1.0);
+  const CameraRig rig = rig_of(test::stereo_paper_camera(), 1.0);
   const Vec3 middle(1.0, -0.5, 2.0);
   const TargetModel target = test::target_of(test::square(0.5, middle));
   for (int i = 0; i < 100; ++i) {
@@ -151,7 +140,7 @@ TEST(ScaledMotorSolver, off_centre_and_without_noise_it_is_exact) {
 template <typename S>
 void check_refusals() {
   test::Normal rng(4);
-  const CameraRig rig = rig_of(paper_camera(), 1.0);
+  const CameraRig rig = rig_of(test::stereo_paper_camera(), 1.0);
   const TargetModel target = test::target_of(test::square(0.5));
   const Pose truth{test::reference_dcm(Vec3(1.0, 0.5, 0.2), 0.4), Vec3(0.5, 0.0, 6.0)};
   const PoseObservations seen = test::see_all(rig, target, truth, 1.0, rng);
@@ -159,8 +148,8 @@ void check_refusals() {
   const auto status_of = [&](const CameraRig& with, const TargetModel& of, const PoseObservations& observations) {
     return solve_scaled_motor<S>(with, of, observations, MotorLines::target, pose);
   };
-  CHECK(status_of(test::mono_rig(paper_camera()), target, seen) == Status::invalid_argument);
-  CHECK(status_of(rig_of(paper_camera(), 0.0), target, seen) == Status::rank_deficient);
+  CHECK(status_of(test::mono_rig(test::stereo_paper_camera()), target, seen) == Status::invalid_argument);
+  CHECK(status_of(rig_of(test::stereo_paper_camera(), 0.0), target, seen) == Status::rank_deficient);
   PoseObservations bad = seen;
   bad[5].feature = 4;
   CHECK(status_of(rig, target, bad) == Status::invalid_argument);
@@ -187,7 +176,7 @@ TEST(ScaledMotorSolver, says_what_is_missing) {
 TEST(ScaledMotorSolver, a_number_out_of_range_is_said) {
   // Lines of 0.1 mm seen from 5 km: their points are thousands of sizes apart, by the noise of their depth.
   test::Normal rng(5);
-  const CameraRig rig = rig_of(paper_camera(), 5.0);
+  const CameraRig rig = rig_of(test::stereo_paper_camera(), 5.0);
   const TargetModel target = test::target_of(test::square(1e-4));
   int said = 0;
   for (int i = 0; i < 50; ++i) {

@@ -19,20 +19,9 @@ using test::degrees_per_radian;
 
 constexpr int poses = 4000;
 
-/// f = 35 mm, 4256 x 2832 px on 36.0 x 23.9 mm: the paper's.
-CameraIntrinsics paper_camera() {
-  CameraIntrinsics k;
-  k.fu = 35.0 * 4256.0 / 36.0;
-  k.fv = 35.0 * 2832.0 / 23.9;
-  k.cu = 2127.5;
-  k.cv = 1415.5;
-  k.width_px = 4256;
-  k.height_px = 2832;
-  return k;
-}
-
 CameraRig paper_rig() {
-  return test::stereo_rig(paper_camera(), paper_camera(), Mat3::Identity(), Vec3(1.0, 0.0, 0.0));
+  return test::stereo_rig(test::stereo_paper_camera(), test::stereo_paper_camera(), Mat3::Identity(),
+                          Vec3(1.0, 0.0, 0.0));
 }
 
 /// Any relative orientation, lens distortion.
@@ -385,7 +374,8 @@ TEST(StereoClosedForm, says_what_is_missing) {
   const Pose truth = some_pose(rng, 6.0, 0.5);
   const PoseObservations seen = test::see_all(rig, target, truth, 1.0, rng);
   StereoPoints points;
-  CHECK(triangulate_features(test::mono_rig(paper_camera()), target, seen, points) == Status::invalid_argument);
+  CHECK(triangulate_features(test::mono_rig(test::stereo_paper_camera()), target, seen, points) ==
+        Status::invalid_argument);
   PoseObservations bad = seen;
   bad[5].camera = 2;
   CHECK(triangulate_features(rig, target, bad, points) == Status::invalid_argument);
