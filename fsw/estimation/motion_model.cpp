@@ -96,7 +96,7 @@ void RigidTargetMotion::turn(MotionState& state, double dt_s, Mat6& G) const {
     return;
   }
   int steps = 1;
-  while (steps < max_steps && max_step_s * steps < dt_s) ++steps;
+  while (steps < max_steps && max_step_s * steps < dt_s) ++steps;  // bound: max_steps
   const double h = dt_s / steps;
   G.setIdentity();
   for (int i = 0; i < steps; ++i) {

@@ -65,7 +65,7 @@ void for_each_line(const TargetModel& target, const StereoPointsIn<S>& points, M
   if (lines == MotorLines::target && !target.lines.empty()) {
     const auto position_of = [&](std::uint16_t feature) {
       std::size_t i = 0;
-      while (i < n && points.feature[i] != feature) ++i;
+      while (i < n && points.feature[i] != feature) ++i;  // bound: n, the points
       return i;
     };
     for (const TargetLine& line : target.lines) {

@@ -91,7 +91,7 @@ class PoseIteration {
     Status status = linearise(count, row_of);
     if (status != Status::ok) return status;
     S gain_before(0);
-    while (iterations_ < limits.max_iterations) {
+    while (iterations_ < limits.max_iterations) {  // bound: max_iterations, counted inside
       bool convex = true;
       S gain;
       Step d;
@@ -116,7 +116,7 @@ class PoseIteration {
       const Vector t_before = t;
       const S most_cost = cost_ + limits.cost_slack * (S(1) + cost_);
       bool lower = false;
-      while (!lower && iterations_ < limits.max_iterations) {
+      while (!lower && iterations_ < limits.max_iterations) {  // bound: max_iterations, with the loop around
         ++iterations_;
         attitude = attitude_before;
         t = t_before;

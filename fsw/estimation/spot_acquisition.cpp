@@ -38,6 +38,7 @@ int needed_hits(const SpotScene& scene, std::uint16_t camera) {
   const double p =
       std::min(0.5, static_cast<double>(spots.size()) * gate_area / std::max(gate_area, size.x() * size.y()));
   int hits = 1;
+  // bound: most_needed_hits
   while (hits < most_needed_hits && binomial_tail(markers - 3, hits, p) > rare) ++hits;
   // A second camera counts on its own.
   const int possible = scene.rig.size() > 1 ? 1 : std::min(markers, scene.fields[camera].count()) - 3;

@@ -59,7 +59,7 @@ int SpotField::nearest(double x, double y, Mask taken, double& d2) const {
   Mask near = grid_[static_cast<std::size_t>(static_cast<int>(row) * cells + static_cast<int>(column))] & ~taken;
   int best = -1;
   d2 = 1.0;
-  while (near != 0) {
+  while (near != 0) {  // bound: max_spots, a bit of `near` each
     const int i = std::countr_zero(near);
     near &= near - 1;
     const auto k = static_cast<std::size_t>(i);

@@ -76,7 +76,7 @@ bool SpotTriples::is_wide(const Triple& t) const {
 }
 
 bool SpotTriples::strongest(Triple& out) {
-  while (c_ < count_) {
+  while (c_ < count_) {  // bound: the triples of the spots
     out = {static_cast<std::uint8_t>(a_), static_cast<std::uint8_t>(b_), static_cast<std::uint8_t>(c_)};
     if (++a_ == b_) {
       a_ = 0;
@@ -91,7 +91,7 @@ bool SpotTriples::strongest(Triple& out) {
 }
 
 bool SpotTriples::neighbouring(Triple& out) {
-  while (pair_ < pairs && count_ >= 3) {
+  while (pair_ < pairs && count_ >= 3) {  // bound: pairs times the spots
     const std::size_t centre = dense_[centre_];
     out = {static_cast<std::uint8_t>(centre), near_[centre][pair_order[pair_][0]], near_[centre][pair_order[pair_][1]]};
     if (++centre_ == count_) {

@@ -41,7 +41,7 @@ class MatrixStorage {
   static constexpr int padded_rows() {
     int ld = (MaxRows + 7) / 8 * 8;
     // A power-of-two stride maps all columns to few cache sets: the downdate takes 1.5 times as long.
-    while ((ld & (ld - 1)) == 0) ld += 8;
+    while ((ld & (ld - 1)) == 0) ld += 8;  // bound: 2, which is that of 8
     return ld;
   }
 

@@ -10,7 +10,7 @@ namespace relnav::vision {
 namespace {
 
 constexpr int min_cell_px = 16;
-constexpr int max_cells = 256;  // they live on the stack
+constexpr int max_cells = 240;  // they live on the stack; 640 x 480 in cells of 40 are 192
 constexpr std::size_t corners_per_cell = 6;
 
 struct CellCorner {
@@ -37,8 +37,8 @@ static_assert(corner_reach_px >= 16 - window_half_px && reference_half_px >= cor
 std::uint64_t root_floor(std::uint64_t x) {
   std::uint64_t root = 0;
   std::uint64_t bit = std::uint64_t{1} << 62U;
-  while (bit > x) bit >>= 2U;
-  while (bit != 0) {
+  while (bit > x) bit >>= 2U;  // bound: 31
+  while (bit != 0) {           // bound: 32
     if (x >= root + bit) {
       x -= root + bit;
       root = (root >> 1U) + bit;
@@ -81,6 +81,7 @@ int divide_up(int a, int b) { return (a + b - 1) / b; }
 int cell_side(const ImageView& image, int wanted_px) {
   const int largest = static_cast<int>(std::max(config::max_image_width, config::max_image_height));
   int side = std::min(wanted_px, largest);
+  // bound: the largest side of an image
   while (side < largest && divide_up(image.width, side) * divide_up(image.height, side) > max_cells) ++side;
   return side;
 }

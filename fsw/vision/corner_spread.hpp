@@ -13,7 +13,7 @@
 namespace relnav::vision {
 
 struct SpreadOptions {
-  int cell_px = 40;               ///< side of a grid cell, at least 16; larger where that needs over 256 cells
+  int cell_px = 40;               ///< side of a grid cell, at least 16; larger where that needs over 240 cells
   double min_distance_px = 12.0;  ///< to tracked features and between candidates
   int border_px = 17;             ///< candidates keep this far from the image's edge; at least reference_half_px
   std::int32_t min_score =

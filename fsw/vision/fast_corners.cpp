@@ -82,6 +82,7 @@ class Sink {
   void restart_with_strongest() {
     std::size_t above = 0;
     int cut = 255;
+    // bound: 255 scores
     while (cut > 0 && above + histogram_[static_cast<std::size_t>(cut)] <= corners_.size()) {
       above += histogram_[static_cast<std::size_t>(cut)];
       --cut;
@@ -216,7 +217,7 @@ class Scan {
 
   void emit(std::uint32_t bits, int u, int start, int v, ScoreRow& row) {
     bits &= ~0U << static_cast<unsigned>(u - start);
-    while (bits != 0) {
+    while (bits != 0) {  // bound: 16 lanes, a bit each
       const int at = start + std::countr_zero(bits);
       sink_.put(at, v, *row.at(at));
       bits &= bits - 1;

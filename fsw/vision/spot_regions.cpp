@@ -102,7 +102,7 @@ std::int32_t SpotRegions::scan(const GreyImageView<Pixel>& image, const PixelReg
       // Every turn takes one edge of a run off: bits below the edge are made equal to what is open.
       if (open) bits = ~bits & 0xFFFFU;
       int from = 0;
-      while (bits != 0 && from < lanes) {
+      while (bits != 0 && from < lanes) {  // bound: 16 lanes, an edge each
         from = std::countr_zero(bits);
         if (open) {
           close(u + from);
@@ -123,7 +123,7 @@ std::int32_t SpotRegions::scan(const GreyImageView<Pixel>& image, const PixelReg
 
 std::uint16_t SpotRegions::root_of(std::uint16_t run) {
   Runs& runs = tables_[current_];
-  while (runs[run].parent != run) {  // a parent never comes after its run: ends
+  while (runs[run].parent != run) {  // bound: the runs; a parent never comes after its run
     runs[run].parent = runs[runs[run].parent].parent;
     run = runs[run].parent;
   }
@@ -147,6 +147,7 @@ void SpotRegions::connect() {
       above = run.v_px == runs[i - 1].v_px + 1 ? row_start : i;
       row_start = i;
     }
+    // bound: the runs of the row above, over all runs of a row
     while (above < row_start && runs[above].u1_px < run.u0_px) ++above;
     // The last run that touches may touch the next of this row as well.
     for (std::size_t j = above; j < row_start && runs[j].u0_px <= run.u1_px; ++j) {

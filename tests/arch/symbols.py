@@ -1,6 +1,6 @@
 #!/usr/bin/env python3
 """What the archives of the flight core need from outside, and what they must not hold: undefined symbols are our own (in a
-module below) or in symbols.txt; no writable data, no static construction."""
+module below) or in symbols.txt; no writable data, no static construction. On any target: --nm, --readelf of its tools."""
 import pathlib
 import re
 
@@ -27,11 +27,11 @@ def tool(command):
     return result.stdout
 
 
-def symbols(archive, *options):
+def symbols(nm, archive, *options):
     """(type letter, demangled name, object) of each symbol."""
     found, member = [], ""
-    for line in tool(["nm", "-C", *options, archive]).splitlines():
-        if line.endswith(".o:"):
+    for line in tool([nm, "-C", *options, archive]).splitlines():
+        if line.endswith((".o:", ".obj:")):
             member = line[:-1]
             continue
         match = re.match(r"^[0-9a-f ]*\s([A-Za-z])\s(.*)$", line)
@@ -45,18 +45,29 @@ def base_name(name):
     return name.split("(")[0]
 
 
-def check_archives(folder):
-    allowed = set(common.list_file(pathlib.Path(__file__).parent / "symbols.txt"))
+def allowed_on(machine, path):
+    """Names of symbols.txt for every machine and, behind its name, for this one."""
+    words = (line.split() for line in common.list_file(path))
+    return {name for name, *machines in words if not machines or machine in machines}
+
+
+def machine_of(readelf, archive):
+    return re.search(r"Machine:\s+(.*)", tool([readelf, "-h", archive])).group(1).split()[-1]
+
+
+def check_archives(folder, nm="nm", readelf="readelf"):
     archives = {module: folder / f"librelnav_{module}.a" for module in USES}
     archives = {module: archive for module, archive in archives.items() if archive.is_file()}
     if not archives:
         return [f"{folder}: no archive of the flight core there; build first"]
-    defined = {module: {name for kind, name, _ in symbols(archive, "--defined-only") if kind not in "tdrb"}
+    machine = machine_of(readelf, next(iter(archives.values())))
+    allowed = allowed_on(machine, pathlib.Path(__file__).parent / "symbols.txt")
+    defined = {module: {name for kind, name, _ in symbols(nm, archive, "--defined-only") if kind not in "tdrb"}
                for module, archive in archives.items()}
     problems = []
     for module, archive in archives.items():
         within = set().union(*(defined.get(name, set()) for name in [module, *USES[module]]))
-        for kind, name, member in symbols(archive, "-u"):
+        for kind, name, member in symbols(nm, archive, "-u"):
             if name in within or base_name(name) in allowed or kind in "wv":
                 continue
             where = f"{archive.name}({member}): "
@@ -69,7 +80,7 @@ def check_archives(folder):
                 problems.append(where + f"undefined {name} is not in tests/arch/symbols.txt")
         writable = []
         member = ""
-        for line in tool(["readelf", "-SW", archive]).splitlines():
+        for line in tool([readelf, "-SW", archive]).splitlines():
             if line.startswith("File: "):
                 member = line.split("(")[-1].rstrip(")")
             match = SECTION.match(line)
@@ -84,7 +95,7 @@ def check_archives(folder):
                 writable.append((member, section, size))
         if writable:
             data = {}
-            for kind, name, owner in symbols(archive, "--defined-only"):
+            for kind, name, owner in symbols(nm, archive, "--defined-only"):
                 if kind in "bBdDCugGsS" and not name.startswith("vtable for"):
                     data.setdefault(owner, []).append(name)
             for member, section, size in writable:
@@ -141,11 +152,13 @@ def on_tree(arguments):
     missing = [f"{arguments.archives}: librelnav_{module}.a is not there; build first" for module in USES
                if any((common.ROOT / "fsw" / module).glob("*.cpp"))
                and not (arguments.archives / f"librelnav_{module}.a").is_file()]
-    return missing + check_archives(arguments.archives)
+    return missing + check_archives(arguments.archives, arguments.nm, arguments.readelf)
 
 
 def add_arguments(parser):
     parser.add_argument("--archives", type=pathlib.Path, default=common.ROOT / "build/host/lib")
+    parser.add_argument("--nm", default="nm")
+    parser.add_argument("--readelf", default="readelf")
 
 
 if __name__ == "__main__":
