@@ -16,6 +16,27 @@ constexpr double pull_px = 4.0;
 constexpr int surroundings_px = 8;
 constexpr double largest_window_px = 80.0;
 constexpr double image_border_px = 2.0;
+/// Frames in which the spots of one are searched before those of a later one take their place: what is found has to be met
+/// again, and nothing is known of its motion yet.
+constexpr int frames_searched = 4;
+/// What finding the spots of a whole picture takes, in three-point problems.
+constexpr int work_of_a_picture = 1300;
+/// Windows overlap, and what lies in several is looked at several times.
+constexpr int much_of_the_image = 12;
+
+bool covers_much(std::span<const vision::PixelRegion> windows, int image_px) {
+  int covered = 0;
+  for (const vision::PixelRegion& w : windows) covered += (w.u1_px - w.u0_px) * (w.v1_px - w.v0_px);
+  return covered > image_px / much_of_the_image;
+}
+
+vision::SpotSettings in_levels_of(vision::SpotSettings settings, double full_scale_dn) {
+  const double levels = full_scale_dn / settings.full_scale_dn;
+  settings.full_scale_dn = full_scale_dn;
+  settings.read_noise_dn *= levels;
+  settings.gain_electrons_dn /= levels;
+  return settings;
+}
 
 }  // namespace
 
@@ -28,13 +49,10 @@ Status CoopNavigatorConfig::check() const {
   return parts && own ? Status::ok : Status::invalid_argument;
 }
 
-vision::SpotSettings CoopNavigatorConfig::deep_spots() const {
-  vision::SpotSettings deep = spots;
-  const double levels = ((1 << sensor_bits) - 1) / spots.full_scale_dn;
-  deep.full_scale_dn *= levels;
-  deep.read_noise_dn *= levels;
-  deep.gain_electrons_dn /= levels;
-  return deep;
+vision::SpotSettings CoopNavigatorConfig::coarse_spots() const {
+  vision::SpotSettings coarse = spots;
+  coarse.converged_px = std::max(spots.converged_px, 0.05);
+  return coarse;
 }
 
 Status CoopNavigator::configure(const CoopNavigatorConfig& config, const CameraRig& rig) {
@@ -49,25 +67,32 @@ Status CoopNavigator::configure(const CoopNavigatorConfig& config, const CameraR
 
 void CoopNavigator::restart() {
   filter_.restart();
-  acquisition_.restart();
+  restart_search();
   sights_.restart();
+}
+
+void CoopNavigator::restart_search() {
+  acquisition_.restart();
+  uses_expected_ = false;
+  search_ = Search::none;
 }
 
 Status CoopNavigator::find_spots(const CameraImage& image, std::span<const vision::PixelRegion> windows,
                                  LightSpots& spots, StepReport& report) {
   spots.clear();
   vision::SpotReport found;
-  const auto find_in = [&](const auto& view) {
-    return windows.empty() ? finder_.find(view, spots, found)
-                           : finder_.find(view, windows, surroundings_px, spots, found);
+  const auto find_in = [&](const auto& view, double full_scale_dn) {
+    const bool anywhere = windows.empty() || covers_much(windows, view.width * view.height);
+    const vision::SpotSettings& settings = anywhere ? config_.coarse_spots() : config_.spots;
+    Status status = finder_.configure(in_levels_of(settings, full_scale_dn));
+    if (status != Status::ok) return status;
+    return anywhere ? finder_.find(view, spots, found) : finder_.find(view, windows, surroundings_px, spots, found);
   };
   Status status = Status::ok;
   if (const auto* grey = std::get_if<vision::ImageView>(&image)) {
-    status = finder_.configure(config_.spots);
-    if (status == Status::ok) status = find_in(*grey);
+    status = find_in(*grey, config_.spots.full_scale_dn);
   } else if (const auto* deep = std::get_if<vision::ImageView16>(&image)) {
-    status = finder_.configure(config_.deep_spots());
-    if (status == Status::ok) status = find_in(*deep);
+    status = find_in(*deep, (1 << config_.sensor_bits) - 1);
   }
   report.dropped += found.overflow + found.dropped_runs + found.dropped_regions;
   return status;
@@ -82,50 +107,66 @@ Status CoopNavigator::process(std::span<const CameraImage> images, Time time, St
 }
 
 Status CoopNavigator::acquire(std::span<const CameraImage> images, Time time, StepReport& report) {
-  StageTimer timer(clock_);
-  for (std::size_t c = 0; c < images.size(); ++c) {
-    const Status status = find_spots(images[c], {}, spots_[c], report);
-    if (status != Status::ok) return status;
-  }
-  report.times.detect_ns += timer.lap();
-  const CameraRig& rig = estimator_.rig();
-  Status status = acquisition_.acquire(rig, config_.target, spots_, config_.search, {}, acquired_);
-  // What the spots alone leave open, or too close to chance, the expected attitude may decide.
-  const bool undecided = status == Status::no_data || (status == Status::ok && acquired_.ambiguous);
-  if (undecided && config_.expected_cone_rad > 0.0) {
-    acquisition_.restart();
-    const AttitudePrior expected{true, exp_so3(config_.phi_CT_expected), config_.expected_cone_rad};
-    status = acquisition_.acquire(rig, config_.target, spots_, config_.search, expected, acquired_);
-  }
-  report.times.match_ns += timer.lap();
+  if (search_ == Search::found) return start(images, time, report);
+  const bool goes_on = search_ == Search::running && (searches_left_ > 0 || acquisition_.is_weighing());
+  const Status status = goes_on ? search(config_.search.max_hypotheses, report) : look(images, time, report);
   report.matched = 0;
   for (std::size_t c = 0; c < images.size(); ++c) {
     report.matched = static_cast<std::uint16_t>(report.matched + spots_[c].size());
   }
+  return status;
+}
+
+Status CoopNavigator::look(std::span<const CameraImage> images, Time time, StepReport& report) {
+  StageTimer timer(clock_);
+  search_ = Search::none;
+  for (std::size_t c = 0; c < images.size(); ++c) {
+    const Status status = find_spots(images[c], {}, spots_[c], report);
+    if (status != Status::ok) return status;
+  }
+  acquisition_.change_spots();
+  search_ = Search::running;
+  searches_left_ = frames_searched;
+  looked_at_ = time;
+  report.times.detect_ns += timer.lap();
+  const int budget = config_.search.max_hypotheses - work_of_a_picture * static_cast<int>(images.size());
+  return budget > 0 ? search(budget, report) : Status::unfinished;
+}
+
+Status CoopNavigator::search(int budget, StepReport& report) {
+  StageTimer timer(clock_);
+  --searches_left_;
+  const AttitudePrior expected{true, exp_so3(config_.phi_CT_expected), config_.expected_cone_rad};
+  SpotSearchSettings settings = config_.search;
+  settings.max_hypotheses = budget;
+  const auto acquire_pose = [&](const AttitudePrior& prior) {
+    return acquisition_.acquire(estimator_.rig(), config_.target, spots_, settings, prior, acquired_);
+  };
+  const int work = acquisition_.is_new() ? 0 : acquired_.effort.work;
+  Status status = acquire_pose(uses_expected_ ? expected : AttitudePrior{});
+  // What the spots alone leave open, or too close to chance, the expected attitude may decide.
+  const bool undecided = status == Status::no_data || (status == Status::ok && acquired_.ambiguous);
+  if (undecided && !uses_expected_ && config_.expected_cone_rad > 0.0) {
+    acquisition_.restart();
+    uses_expected_ = true;
+    settings.max_hypotheses = std::max(1, budget - (acquired_.effort.work - work));
+    status = acquire_pose(expected);
+  }
+  report.times.match_ns += timer.lap();
+  if (status == Status::unfinished) return status;
+  restart_search();
   if (status == Status::no_data) return Status::too_few_features;  // of the spots, none make up the target
   if (status != Status::ok) return status;
   if (acquired_.ambiguous) return Status::ambiguous;
-  solution_.estimate = acquired_.best.estimate;
-  solution_.used.fill(true);
-  // As tracking sees it, for the report.
-  markers_.clear();
-  assignment_.observations = acquired_.best.observations;
-  assignment_.marker.clear();
-  for (std::size_t i = 0; i < assignment_.observations.size(); ++i) {
-    const PoseObservation& o = assignment_.observations[i];
-    ExpectedMarker m;
-    m.feature = o.feature;
-    m.camera = o.camera;
-    m.uv_px = o.uv_px;
-    if (markers_.push_back(m) != Status::ok ||
-        assignment_.marker.push_back(static_cast<std::uint16_t>(i)) != Status::ok) {
-      break;
-    }
-  }
-  filter_.start(time, solution_.estimate);
+  search_ = Search::found;
+  return Status::unfinished;
+}
+
+Status CoopNavigator::start(std::span<const CameraImage> images, Time time, StepReport& report) {
+  restart_search();
+  filter_.start(looked_at_, acquired_.best.estimate);
   sights_.begin(acquired_.best.observations);
-  take(time, report);
-  return Status::ok;
+  return track(images, time, report);
 }
 
 Status CoopNavigator::look_for_expected(std::span<const CameraImage> images, const Pose& pose, const Mat6& covariance,

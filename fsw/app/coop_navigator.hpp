@@ -31,8 +31,8 @@ struct CoopNavigatorConfig {
 
   /// invalid_argument: a setting is outside of its domain, too few markers or too many.
   [[nodiscard]] Status check() const;
-  /// `spots` in the levels of a 16-bit image.
-  [[nodiscard]] vision::SpotSettings deep_spots() const;
+  /// `spots` for a whole picture, where a search needs no more than a few hundredths of a pixel.
+  [[nodiscard]] vision::SpotSettings coarse_spots() const;
 };
 
 /// Images in, relative state of a target with known light spots out: finder, acquisition, assignment, least squares, filter.
@@ -46,17 +46,24 @@ class CoopNavigator final : public Navigator {
   void restart() override;
   [[nodiscard]] bool has_started() const override { return filter_.has_started(); }
   [[nodiscard]] bool is_starting() const override { return false; }
-  /// A camera without an image is left out. Not started: too_few_features (no spots that make up the target), ambiguous
-  /// (nothing decides between poses). Started: inconsistent (chi-square alarm, or the motion contradicts the pose),
+  /// A camera without an image is left out. Not started: unfinished (the work of a frame is bounded; the spots of one are
+  /// searched during the next ones), too_few_features (no spots that make up the target), ambiguous (nothing decides between
+  /// poses). Started: inconsistent (chi-square alarm, or the motion contradicts the pose),
   /// ambiguous and what else solve_pose() says: not used. Fewer than min_observations: ok, they correct the predicted pose.
   Status process(std::span<const CameraImage> images, Time time, StepReport& report) override;
   [[nodiscard]] Status check() const override { return Status::ok; }
 
  private:
-  /// Spots of one camera, in `windows` (empty: anywhere).
+  /// Spots of one camera, in `windows`; anywhere if there are none or they cover so much that it takes less.
   Status find_spots(const CameraImage& image, std::span<const vision::PixelRegion> windows, LightSpots& spots,
                     StepReport& report);
+  /// Not started: a frame to look at, some in which what was seen is searched, one in which what was found is met again: the
+  /// work of each is bounded, `budget` is in three-point problems.
   Status acquire(std::span<const CameraImage> images, Time time, StepReport& report);
+  Status look(std::span<const CameraImage> images, Time time, StepReport& report);
+  Status search(int budget, StepReport& report);
+  Status start(std::span<const CameraImage> images, Time time, StepReport& report);
+  void restart_search();
   Status track(std::span<const CameraImage> images, Time time, StepReport& report);
   /// Spots where markers are expected.
   Status look_for_expected(std::span<const CameraImage> images, const Pose& pose, const Mat6& covariance,
@@ -83,6 +90,11 @@ class CoopNavigator final : public Navigator {
   SpotAssignment agreeing_;
   CooperativeSolution solution_;
   AcquiredSpots acquired_;
+  enum class Search : std::uint8_t { none, running, found };
+  Search search_ = Search::none;
+  Time looked_at_;              ///< of the spots that are or were searched
+  int searches_left_ = 0;       ///< frames that go on with them
+  bool uses_expected_ = false;  ///< the search has turned to poses near the expected attitude
 };
 
 }  // namespace relnav::app

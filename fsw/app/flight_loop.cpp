@@ -238,7 +238,7 @@ Status FlightLoop::judge_start(Status status) {
                    {report_.matched, coop ? config_.coop.min_observations : config_.navigator.min_start_features});
   } else if (status == Status::ambiguous) {
     events_.report(EventId::pose_ambiguous, status, {report_.matched});
-  } else {
+  } else if (status != Status::unfinished) {
     events_.report(EventId::numerical_fault, status);
   }
   count_frame_without_update(status);

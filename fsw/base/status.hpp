@@ -27,6 +27,7 @@ enum class [[nodiscard]] Status : std::uint8_t{
     unsupported,            ///< well formed, but not something this build can do
     ambiguous,              ///< another answer explains the data as well
     inconsistent,           ///< the data contradict each other or the model: chi-square alarm
+  unfinished,             ///< the work of one call is bounded, and there is more: call again
 };
 
 /// Stable English identifier, for events and logs.
@@ -54,6 +55,7 @@ enum class [[nodiscard]] Status : std::uint8_t{
     case Status::unsupported: return "unsupported";
     case Status::ambiguous: return "ambiguous";
     case Status::inconsistent: return "inconsistent";
+    case Status::unfinished: return "unfinished";
   }
   return "unknown";
 }

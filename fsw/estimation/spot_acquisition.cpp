@@ -14,6 +14,8 @@ constexpr std::size_t refined_per_triple = 4;
 constexpr double rare = 5e-3;
 constexpr int most_needed_hits = 3;
 constexpr int most_rounds = 3;
+constexpr int triples_a_round = 2;
+constexpr int work_of_refinement = 15;  // in three-point problems
 
 bool are_valid(const SpotSearchSettings& s, const AttitudePrior& prior) {
   return s.check() == Status::ok && (!prior.given || (std::isfinite(prior.R_CT.sum()) && prior.cone_rad > 0.0));
@@ -97,102 +99,158 @@ void SpotAcquisition::offer(const SpotAgreement& candidate, AcquiredSpots& out) 
   }
 }
 
-Status SpotAcquisition::search(const SpotScene& scene, std::uint16_t camera, AcquiredSpots& out) {
-  const double focal_px = scene.rig[camera].model.intrinsics().fu;
-  order_.build(fields_[camera], 2.0 * scene.settings.gate_px / focal_px);
-  order_.skip(steps_);
-  const int least_hits = needed_hits(scene, camera);
-  SpotTriples::Triple spots{};
-  while (order_.next(spots)) {
-    SpotHypotheses best(refined_per_triple);
-    try_spots(scene, triples_, camera, spots, least_hits, out.effort, best);
-    bool found = false;
-    for (std::size_t k = 0; k < best.size(); ++k) {
-      if (refine_hypothesis(scene, best[k].pose, out.effort.poses, previous_, candidate_) != Status::ok) continue;
-      if (found) {
-        offer(candidate_, out);
-      } else if (is_believed(scene, candidate_)) {
-        out.best = candidate_;
-        found = true;
-      }
-    }
-    if (found) return Status::ok;
-    if (out.effort.solved >= scene.settings.max_hypotheses) {
-      steps_ = order_.steps();
-      camera_ = camera;
-      return Status::no_data;
-    }
-  }
+void SpotAcquisition::restart() {
   steps_ = 0;
   camera_ = 0;
-  return Status::no_data;
+  phase_ = Phase::mated;
+  has_spots_ = false;
+  has_order_ = false;
+  trial_.abandon();
 }
 
-void SpotAcquisition::look_for_others(const SpotScene& scene, AcquiredSpots& out) {
-  for (int round = 0; round < most_rounds; ++round) {
-    const Pose before = out.best.estimate.pose;
-    // The camera that explains most. Two triples without a common spot: an explanation with one spot less has one of them.
-    std::array<std::uint8_t, config::max_spots> spot{};
-    std::uint16_t camera = 0;
-    std::size_t count = 0;
-    for (std::size_t c = 0; c < scene.rig.size(); ++c) {
-      std::array<std::uint8_t, config::max_spots> these{};
-      const std::size_t n = explained(scene, out.best, static_cast<std::uint16_t>(c), these);
-      if (n <= count) continue;
-      camera = static_cast<std::uint16_t>(c);
-      count = n;
-      spot = these;
-    }
-    const int least_hits = std::max(scene.rig.size() > 1 ? 0 : 1, static_cast<int>(count) - 5);
-    for (int k = 0; k < 2; ++k) {
-      SpotTriples::Triple triple{};
-      if (!widest_triangle(fields_[camera], spot, count, triple)) break;
-      SpotHypotheses best;
-      SearchEffort effort;
-      try_spots(scene, triples_, camera, triple, least_hits, effort, best);
-      out.effort.solved += effort.solved;
-      for (std::size_t i = 0; i < best.size(); ++i) {
-        if (refine_hypothesis(scene, best[i].pose, out.effort.poses, previous_, candidate_) == Status::ok)
-          offer(candidate_, out);
-      }
-      const auto in_triple = [&](std::uint8_t s) { return s == triple[0] || s == triple[1] || s == triple[2]; };
-      count = static_cast<std::size_t>(std::remove_if(spot.begin(), spot.begin() + count, in_triple) - spot.begin());
-    }
-    if ((out.best.estimate.pose.R_CT - before.R_CT).norm() < 1e-6) return;
+void SpotAcquisition::change_spots() {
+  if (phase_ == Phase::weigh) restart();
+  if (trial_.is_open()) --steps_;  // what was tried in part is tried again
+  has_spots_ = false;
+  has_order_ = false;
+  trial_.abandon();
+}
+
+Status SpotAcquisition::prepare(const SpotScene& scene) {
+  const Status status = triples_.build(scene.target);
+  if (status != Status::ok) return status;
+  int total = 0, most = 0;
+  for (std::size_t c = 0; c < scene.rig.size(); ++c) {
+    fields_[c].build(scene.rig[c].model, scene.spots[c], scene.settings.gate_px);
+    total += fields_[c].count();
+    most = std::max(most, fields_[c].count());
   }
+  return total < 4 || most < 3 ? Status::too_few_features : Status::ok;
+}
+
+void SpotAcquisition::build_order(const SpotScene& scene) {
+  SpotField::Mask which = fields_[camera_].present();
+  if (phase_ == Phase::mated) {
+    mates_.build(scene);
+    which = mates_.mated();
+  }
+  const double focal_px = scene.rig[camera_].model.intrinsics().fu;
+  order_.build(fields_[camera_], which, 2.0 * scene.settings.gate_px / focal_px);
+  order_.skip(steps_);
+  has_order_ = true;
+}
+
+bool SpotAcquisition::next_phase(const SpotScene& scene) {
+  camera_ = phase_ == Phase::mated ? std::uint16_t{0} : static_cast<std::uint16_t>(camera_ + 1);
+  phase_ = Phase::single;
+  steps_ = 0;
+  has_order_ = false;
+  return camera_ < scene.rig.size();
+}
+
+bool SpotAcquisition::open_next(const SpotScene& scene, const AcquiredSpots& out) {
+  if (phase_ == Phase::weigh) return open_next_to_weigh(scene, out);
+  if (phase_ == Phase::mated && (scene.rig.size() < 2 || fields_[1].count() < 3)) return false;
+  if (!has_order_) build_order(scene);
+  SpotTriples::Triple spots{};
+  if (!order_.next(spots)) return false;
+  steps_ = order_.steps();
+  if (phase_ == Phase::mated) {
+    trial_.begin_mated(mates_, spots, refined_per_triple);
+  } else {
+    trial_.begin(camera_, spots, needed_hits(scene, camera_), refined_per_triple);
+  }
+  return true;
+}
+
+bool SpotAcquisition::close_trial(const SpotScene& scene, AcquiredSpots& out) {
+  const SpotHypotheses& best = trial_.best();
+  bool found = phase_ == Phase::weigh;
+  for (std::size_t k = 0; k < best.size(); ++k) {
+    out.effort.work += work_of_refinement;
+    if (refine_hypothesis(scene, best[k].pose, out.effort.poses, previous_, candidate_) != Status::ok) continue;
+    if (found) {
+      offer(candidate_, out);
+    } else if (is_believed(scene, candidate_)) {
+      out.best = candidate_;
+      found = true;
+    }
+  }
+  return found;
+}
+
+void SpotAcquisition::begin_weighing() {
+  phase_ = Phase::weigh;
+  round_ = 0;
+  triples_of_round_ = 0;
+}
+
+void SpotAcquisition::begin_round(const SpotScene& scene, const AcquiredSpots& out) {
+  before_round_ = out.best.estimate;
+  explained_count_ = 0;
+  for (std::size_t c = 0; c < scene.rig.size(); ++c) {
+    std::array<std::uint8_t, config::max_spots> these{};
+    const std::size_t n = explained(scene, out.best, static_cast<std::uint16_t>(c), these);
+    if (n <= explained_count_) continue;
+    camera_ = static_cast<std::uint16_t>(c);
+    explained_count_ = n;
+    explained_ = these;
+  }
+  least_hits_ = std::max(scene.rig.size() > 1 ? 0 : 1, static_cast<int>(explained_count_) - 5);
+}
+
+bool SpotAcquisition::open_next_to_weigh(const SpotScene& scene, const AcquiredSpots& out) {
+  for (; round_ < most_rounds; ++round_) {
+    if (triples_of_round_ == 0) begin_round(scene, out);
+    SpotTriples::Triple t{};
+    if (triples_of_round_ < triples_a_round && widest_triangle(fields_[camera_], explained_, explained_count_, t)) {
+      ++triples_of_round_;
+      trial_.begin(camera_, t, least_hits_, SpotHypotheses::capacity);
+      const auto in_triple = [&](std::uint8_t s) { return s == t[0] || s == t[1] || s == t[2]; };
+      const auto end = explained_.begin() + static_cast<std::ptrdiff_t>(explained_count_);
+      explained_count_ = static_cast<std::size_t>(std::remove_if(explained_.begin(), end, in_triple) - explained_.begin());
+      return true;
+    }
+    triples_of_round_ = 0;
+    if (are_same_pose(out.best.estimate, before_round_)) return false;
+  }
+  return false;
+}
+
+Status SpotAcquisition::conclude(const SpotScene& scene, AcquiredSpots& out) {
+  restart();
+  if (!is_believed(scene, out.best)) return Status::no_data;
+  out.ambiguous = has_other_ && !are_same_pose(out.best.estimate, out.other.estimate) &&
+                  out.other.cost - out.best.cost < scene.settings.ambiguous_chi2;
+  return Status::ok;
 }
 
 Status SpotAcquisition::acquire(const CameraRig& rig, const TargetModel& target, const RigSpots& spots,
                                 const SpotSearchSettings& settings, const AttitudePrior& prior, AcquiredSpots& out) {
   if (!are_valid(settings, prior)) return Status::invalid_argument;
   if (rig.empty()) return Status::not_configured;
-  Status status = triples_.build(target);
-  if (status != Status::ok) return status;
-  int total = 0, most = 0;
-  for (std::size_t c = 0; c < rig.size(); ++c) {
-    fields_[c].build(rig[c].model, spots[c], settings.gate_px);
-    total += fields_[c].count();
-    most = std::max(most, fields_[c].count());
-  }
-  if (total < 4 || most < 3) return Status::too_few_features;
   const double least_trace = prior.cone_rad < pi ? 1.0 + 2.0 * math::cos(prior.cone_rad) : -2.0;
   const SpotScene scene{rig, target, spots, fields_, settings, prior, least_trace};
-
-  out.effort = {};
-  out.ambiguous = false;
-  has_other_ = false;
-  status = Status::no_data;
-  for (std::size_t c = camera_ < rig.size() ? camera_ : 0; c < rig.size() && status != Status::ok; ++c) {
-    if (fields_[c].count() < 3 || out.effort.solved >= settings.max_hypotheses) continue;
-    status = search(scene, static_cast<std::uint16_t>(c), out);
+  if (!has_spots_) {
+    const Status status = prepare(scene);
+    if (status != Status::ok) return status;
+    has_spots_ = true;
+    has_other_ = false;
+    out.effort = {};
+    out.ambiguous = false;
   }
-  if (status != Status::ok) return status;
-  restart();
-  look_for_others(scene, out);
-  if (!is_believed(scene, out.best)) return Status::no_data;
-  out.ambiguous = has_other_ && !are_same_pose(out.best.estimate, out.other.estimate) &&
-                  out.other.cost - out.best.cost < settings.ambiguous_chi2;
-  return Status::ok;
+  const int limit = out.effort.work + settings.max_hypotheses;
+  while (out.effort.work < limit) {  // bound: max_hypotheses and the phases: a turn works, or ends a phase
+    if (!trial_.is_open() && !open_next(scene, out)) {
+      if (phase_ == Phase::weigh) return conclude(scene, out);
+      if (next_phase(scene)) continue;
+      restart();
+      return Status::no_data;
+    }
+    if (!trial_.advance(scene, triples_, limit, out.effort)) break;
+    if (close_trial(scene, out) && phase_ != Phase::weigh) begin_weighing();
+  }
+  return Status::unfinished;
 }
 
 }  // namespace relnav

@@ -29,34 +29,67 @@ struct AcquiredSpots {
 /// Deterministic; scratch lives in the object (about 0.15 MB).
 class SpotAcquisition {
  public:
-  /// The search of one call ends after max_hypotheses (plus at most those of one spot triple); the next one goes on where it
-  /// ended, as the order of the spots changes little from frame to frame. Camera 0 first, the other if that has
-  /// too few spots or every triple of it has been tried.
-  /// ok, ambiguous or not; too_few_features: fewer than 4 spots in all or 3 in each camera, or fewer than 4 markers;
-  /// rank_deficient: markers on a line; invalid_argument: more than max_search_markers, a setting; not_configured: no camera;
-  /// no_data: nothing found that is better than chance. `out` is valid only if ok.
+  /// The work of one call is that of max_hypotheses, and of one refinement of a spot triple at most more. Two cameras: first the
+  /// spots that both see; then, or with one camera, those of camera 0, those of the other one last.
+  /// ok, ambiguous or not. unfinished: the next call with the same spots, settings and `out` goes on. no_data: every triple has
+  /// been tried, nothing is better than chance. too_few_features: fewer than 4 spots in all or 3 in each camera, or fewer than 4
+  /// markers; rank_deficient: markers on a line; invalid_argument: more than max_search_markers, a setting; not_configured: no
+  /// camera. `out` is valid only if ok.
   Status acquire(const CameraRig& rig, const TargetModel& target, const RigSpots& spots,
                  const SpotSearchSettings& settings, const AttitudePrior& prior, AcquiredSpots& out);
   /// The next call starts from the beginning.
-  void restart() {
-    steps_ = 0;
-    camera_ = 0;
-  }
+  void restart();
+  /// The next call has the spots of a later frame: goes on where the search was, as the order of spots changes little from frame
+  /// to frame.
+  void change_spots();
+  /// The next call begins with its spots.
+  [[nodiscard]] bool is_new() const { return !has_spots_; }
+  /// Found; other explanations are looked for. Other spots than those of the find are no use then.
+  [[nodiscard]] bool is_weighing() const { return phase_ == Phase::weigh; }
 
  private:
-  Status search(const SpotScene& scene, std::uint16_t camera, AcquiredSpots& out);
-  /// Other explanations of what is explained; the cheapest becomes the best.
-  void look_for_others(const SpotScene& scene, AcquiredSpots& out);
+  /// What is looked through.
+  enum class Phase : std::uint8_t {
+    mated,   ///< spots that both cameras see
+    single,  ///< spots of one camera
+    weigh,   ///< other explanations of what is explained
+  };
+
+  Status prepare(const SpotScene& scene);
+  /// Spots to try next; false: the phase has no more.
+  [[nodiscard]] bool open_next(const SpotScene& scene, const AcquiredSpots& out);
+  [[nodiscard]] bool open_next_to_weigh(const SpotScene& scene, const AcquiredSpots& out);
+  void begin_round(const SpotScene& scene, const AcquiredSpots& out);
+  /// On to what comes after a phase without more spots. False: that was the last.
+  [[nodiscard]] bool next_phase(const SpotScene& scene);
+  void build_order(const SpotScene& scene);
+  /// Refines the best of the trial. True: a pose is found.
+  [[nodiscard]] bool close_trial(const SpotScene& scene, AcquiredSpots& out);
+  void begin_weighing();
+  Status conclude(const SpotScene& scene, AcquiredSpots& out);
   void offer(const SpotAgreement& candidate, AcquiredSpots& out);
 
   MarkerTriples triples_;
   std::array<SpotField, config::max_cameras> fields_;
+  SpotMates mates_;
   SpotTriples order_;
+  SpotTrial trial_;
   SpotAgreement candidate_;
   PoseObservations previous_;  ///< of its refinement
   bool has_other_ = false;
-  int steps_ = 0;  ///< where the next call goes on
+  bool has_spots_ = false;  ///< fields_ are those of the present spots
+  bool has_order_ = false;  ///< and order_ is theirs
+  int steps_ = 0;           ///< of the order, those of earlier spots included
+  Phase phase_ = Phase::mated;
   std::uint16_t camera_ = 0;
+
+  // Weighing: in each round two triples, without a common spot, of what the camera explains that explains most.
+  int round_ = 0;
+  int triples_of_round_ = 0;
+  int least_hits_ = 0;
+  PoseEstimate before_round_;
+  std::array<std::uint8_t, config::max_spots> explained_{};
+  std::size_t explained_count_ = 0;
 };
 
 }  // namespace relnav

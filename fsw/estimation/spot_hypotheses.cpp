@@ -2,6 +2,7 @@
 
 #include <algorithm>
 #include <cmath>
+#include <limits>
 
 #include "fsw/attitude/so3.hpp"
 
@@ -65,56 +66,97 @@ void SpotHypotheses::offer(const SpotHypothesis& h) {
   }
 }
 
-void try_spots(const SpotScene& scene, const MarkerTriples& triples, std::uint16_t camera,
-               const std::array<std::uint8_t, 3>& spots, int least_hits, SearchEffort& effort, SpotHypotheses& best) {
-  const SpotField& field = scene.fields[camera];
-  const Mask founding_spots = Mask{1} << spots[0] | Mask{1} << spots[1] | Mask{1} << spots[2];
+void SpotTrial::begin(std::uint16_t camera, const Spots& spots, int least_hits, std::size_t keep) {
+  best_ = SpotHypotheses(keep);
+  spots_ = spots;
+  distance_.fill({0.0, std::numeric_limits<double>::max()});
+  order_ = 0;
+  triple_ = 0;
+  least_hits_ = least_hits;
+  least_elsewhere_ = 0;
+  camera_ = camera;
+  is_open_ = true;
+}
+
+void SpotTrial::begin_mated(const SpotMates& mates, const Spots& spots, std::size_t keep) {
+  begin(0, spots, 0, keep);
+  least_elsewhere_ = 3;
+  distance_ = {mates.distance(spots[0], spots[1]), mates.distance(spots[0], spots[2]),
+               mates.distance(spots[1], spots[2])};
+}
+
+bool SpotTrial::can_be(const MarkerTriples::Triple& triple, const Spots& order) const {
+  const auto fits = [&](std::size_t i, std::size_t j, double side2) {
+    const SpotMates::Span& span = distance_[static_cast<std::size_t>(order[i]) + order[j] - 1U];
+    return side2 >= span.least2 && side2 <= span.most2;
+  };
+  return fits(0, 1, triple.points.a12) && fits(0, 2, triple.points.a13) && fits(1, 2, triple.points.a23);
+}
+
+bool SpotTrial::advance(const SpotScene& scene, const MarkerTriples& triples, int limit, SearchEffort& effort) {
+  const SpotField& field = scene.fields[camera_];
   double radius2 = 0.0;
   for (const TargetFeature& f : scene.target.features) radius2 = std::max(radius2, f.p_T.squaredNorm());
   // No marker is nearer than this, which bounds the angle between two of them.
-  const RigCamera& rig_camera = scene.rig[camera];
-  const double nearest = scene.settings.range_min_m - std::sqrt(radius2) - rig_camera.t_KC.norm();
+  const double nearest = scene.settings.range_min_m - std::sqrt(radius2) - scene.rig[camera_].t_KC.norm();
   const double half_inverse2 = nearest > 0.0 ? 0.5 / (nearest * nearest) : 1e300;
-  for (const auto& order : orders) {
-    const std::array<Vec3, 3> rays{field.ray(spots[order[0]]), field.ray(spots[order[1]]), field.ray(spots[order[2]])};
+  for (; order_ < orders.size(); ++order_) {
+    const Spots& order = orders[order_];
+    const std::array<Vec3, 3> rays{field.ray(spots_[order[0]]), field.ray(spots_[order[1]]),
+                                   field.ray(spots_[order[2]])};
     const double turn12 = 1.0 - rays[0].dot(rays[1]);
     const double turn13 = 1.0 - rays[0].dot(rays[2]);
     const double turn23 = 1.0 - rays[1].dot(rays[2]);
     const int orientation = rays[0].dot(cross_matrix(rays[1]) * rays[2]) > 0.0 ? 1 : -1;
-    for (std::size_t k = 0; k < triples.size(); ++k) {
-      const MarkerTriples::Triple& triple = triples[k];
-      if (triple.orientation == -orientation) continue;
+    for (; triple_ < triples.size(); ++triple_) {
+      if (effort.work >= limit) return false;
+      const MarkerTriples::Triple& triple = triples[triple_];
+      if (triple.orientation == -orientation || !can_be(triple, order)) continue;
       if (turn12 > triple.points.a12 * half_inverse2 || turn13 > triple.points.a13 * half_inverse2 ||
           turn23 > triple.points.a23 * half_inverse2) {
         continue;
       }
-      std::array<Pose, 4> poses_K;
-      const int count = solve_p3p(triple.points, rays, poses_K);
-      ++effort.solved;
-      std::uint32_t founders = 0;
-      for (const std::uint8_t m : triple.marker) founders |= 1U << m;
-      for (int s = 0; s < count; ++s) {
-        const Pose& pose_K = poses_K[static_cast<std::size_t>(s)];
-        const Pose pose = camera == 0 ? pose_K : from_camera(rig_camera, pose_K);
-        if (!is_allowed(scene, pose)) continue;
-        const Vec3 centre_T = camera_centre_T(pose_K);
-        bool seen = true;
-        for (const std::uint8_t m : triple.marker) seen = seen && faces(scene.target.features[m], centre_T, grazing);
-        if (!seen) continue;
-        ++effort.poses;
-        Trial trial;
-        // Another camera can only add, so its hits must not be counted on for the bound of a list that includes them.
-        const bool alone = scene.rig.size() == 1;
-        const int needed = alone ? std::max(least_hits, best.least_hits()) : least_hits;
-        if (!count_hits(scene, camera, pose_K, founders, founding_spots, needed, trial)) continue;
-        for (std::size_t other = 0; other < scene.rig.size(); ++other) {
-          if (other == camera || scene.fields[other].count() == 0) continue;
-          const auto number = static_cast<std::uint16_t>(other);
-          static_cast<void>(count_hits(scene, number, in_camera(scene.rig[other], pose), 0, 0, 0, trial));
-        }
-        best.offer({pose, trial.hits, trial.d2});
-      }
+      solve(scene, triple, rays, effort);
     }
+    triple_ = 0;
+  }
+  // What was only looked at: some 50 triples to a problem.
+  effort.work += static_cast<int>(triples.size() * orders.size() / 50) + 1;
+  is_open_ = false;
+  return true;
+}
+
+void SpotTrial::solve(const SpotScene& scene, const MarkerTriples::Triple& triple, const std::array<Vec3, 3>& rays,
+                      SearchEffort& effort) {
+  const RigCamera& rig_camera = scene.rig[camera_];
+  const Mask founding_spots = Mask{1} << spots_[0] | Mask{1} << spots_[1] | Mask{1} << spots_[2];
+  std::array<Pose, 4> poses_K;
+  const int count = solve_p3p(triple.points, rays, poses_K);
+  ++effort.solved;
+  ++effort.work;
+  std::uint32_t founders = 0;
+  for (const std::uint8_t m : triple.marker) founders |= 1U << m;
+  for (int s = 0; s < count; ++s) {
+    const Pose& pose_K = poses_K[static_cast<std::size_t>(s)];
+    const Pose pose = camera_ == 0 ? pose_K : from_camera(rig_camera, pose_K);
+    if (!is_allowed(scene, pose)) continue;
+    const Vec3 centre_T = camera_centre_T(pose_K);
+    bool seen = true;
+    for (const std::uint8_t m : triple.marker) seen = seen && faces(scene.target.features[m], centre_T, grazing);
+    if (!seen) continue;
+    ++effort.poses;
+    Trial trial;
+    // Another camera can only add, so its hits must not be counted on for the bound of a list that includes them.
+    const bool alone = scene.rig.size() == 1;
+    const int needed = alone ? std::max(least_hits_, best_.least_hits()) : least_hits_;
+    if (!count_hits(scene, camera_, pose_K, founders, founding_spots, needed, trial)) continue;
+    const int here = trial.hits;
+    for (std::size_t other = 0; other < scene.rig.size(); ++other) {
+      if (other == camera_ || scene.fields[other].count() == 0) continue;
+      const auto number = static_cast<std::uint16_t>(other);
+      static_cast<void>(count_hits(scene, number, in_camera(scene.rig[other], pose), 0, 0, 0, trial));
+    }
+    if (trial.hits - here >= least_elsewhere_) best_.offer({pose, trial.hits, trial.d2});
   }
 }
 

@@ -4,6 +4,7 @@
 
 #include "fsw/base/bounded_vector.hpp"
 #include "fsw/estimation/marker_triples.hpp"
+#include "fsw/estimation/spot_mates.hpp"
 #include "fsw/estimation/spot_scene.hpp"
 
 namespace relnav {
@@ -35,11 +36,39 @@ class SpotHypotheses {
 struct SearchEffort {
   int solved = 0;  ///< three-point problems
   int poses = 0;   ///< of these, poses that range, faces and prior allow: what was held against the other spots
+  int work = 0;    ///< all that was done, in three-point problems
 };
 
-/// Every way in which three spots of a camera can be three markers. Keeps those with at least `least_hits` more spots within
-/// the gate, second camera included.
-void try_spots(const SpotScene& scene, const MarkerTriples& triples, std::uint16_t camera,
-               const std::array<std::uint8_t, 3>& spots, int least_hits, SearchEffort& effort, SpotHypotheses& best);
+/// Three spots of a camera held against every three markers that they can be, in pieces of bounded work. Keeps the hypotheses
+/// with at least `least_hits` more spots of this camera within the gate; those of another one count as well.
+class SpotTrial {
+ public:
+  using Spots = std::array<std::uint8_t, 3>;
+
+  void begin(std::uint16_t camera, const Spots& spots, int least_hits, std::size_t keep);
+  /// Of the first camera of two: by their mates the spots bound the distances of the markers, and as many images of these are
+  /// seen in the second camera.
+  void begin_mated(const SpotMates& mates, const Spots& spots, std::size_t keep);
+  /// Goes on until effort.work reaches `limit`. True: done.
+  [[nodiscard]] bool advance(const SpotScene& scene, const MarkerTriples& triples, int limit, SearchEffort& effort);
+  void abandon() { is_open_ = false; }
+  [[nodiscard]] bool is_open() const { return is_open_; }
+  [[nodiscard]] const SpotHypotheses& best() const { return best_; }
+
+ private:
+  [[nodiscard]] bool can_be(const MarkerTriples::Triple& triple, const Spots& order) const;
+  void solve(const SpotScene& scene, const MarkerTriples::Triple& triple, const std::array<Vec3, 3>& rays,
+             SearchEffort& effort);
+
+  SpotHypotheses best_;
+  Spots spots_{};
+  std::array<SpotMates::Span, 3> distance_{};  ///< of spots 0-1, 0-2, 1-2
+  std::size_t order_ = 0;                      ///< where advance() goes on
+  std::size_t triple_ = 0;                     ///<
+  int least_hits_ = 0;
+  int least_elsewhere_ = 0;  ///< hits in the other camera
+  std::uint16_t camera_ = 0;
+  bool is_open_ = false;
+};
 
 }  // namespace relnav

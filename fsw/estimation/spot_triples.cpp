@@ -25,11 +25,11 @@ constexpr double far_away = 1e9;
 
 }  // namespace
 
-void SpotTriples::build(const SpotField& field, double least_separation_rad) {
+void SpotTriples::build(const SpotField& field, SpotField::Mask which, double least_separation_rad) {
   least_chord2_ = least_separation_rad * least_separation_rad;
   count_ = 0;
   for (std::size_t i = 0; i < config::max_spots; ++i) {
-    if ((field.present() >> i & 1U) == 0) continue;
+    if ((which >> i & 1U) == 0) continue;
     rays_[count_] = field.ray(i);
     spot_[count_++] = static_cast<std::uint8_t>(i);
   }

@@ -14,8 +14,8 @@ class SpotTriples {
  public:
   using Triple = std::array<std::uint8_t, 3>;
 
-  /// Spots closer to each other than `least_separation_rad` found no hypothesis. At most n (n + 33) / 2 steps of n.
-  void build(const SpotField& field, double least_separation_rad);
+  /// Of the spots `which`. Those closer to each other than `least_separation_rad` found no hypothesis. At most n (n + 33) / 2 steps of n.
+  void build(const SpotField& field, SpotField::Mask which, double least_separation_rad);
   /// Goes on behind the first `count` steps of both sequences.
   void skip(int count);
   /// False: all have been given.

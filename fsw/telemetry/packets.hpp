@@ -148,8 +148,8 @@ inline constexpr std::array<Label, 4> health_items{{{health::camera_streaming, "
                                                     {health::arithmetic_overflow, "arithmetic_overflow"},
                                                     {health::second_camera_streaming, "second_camera_streaming"}}};
 
-[[nodiscard]] constexpr std::array<Label, static_cast<std::size_t>(Status::inconsistent) + 1U> make_status_items() {
-  std::array<Label, static_cast<std::size_t>(Status::inconsistent) + 1U> items{};
+[[nodiscard]] constexpr std::array<Label, static_cast<std::size_t>(Status::unfinished) + 1U> make_status_items() {
+  std::array<Label, static_cast<std::size_t>(Status::unfinished) + 1U> items{};
   for (std::size_t i = 0; i < items.size(); ++i) items[i] = {i, to_string(static_cast<Status>(i))};
   return items;
 }

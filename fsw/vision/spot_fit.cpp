@@ -27,7 +27,6 @@ constexpr double least_scale = 9.0;
 constexpr std::array<double, 4> first_scales{320.0, 80.0, 40.0, 20.0};
 constexpr double path_error_px = 1.0;  // of the seed's half length
 constexpr double least_path_px = 0.2;  // half length
-constexpr double converged_px = 1e-3;
 constexpr std::size_t parameters = SpotNormal::parameters;
 using Vector = SpotNormal::Vector;
 
@@ -89,8 +88,8 @@ class Fit {
       x_[4] += step[4];
       set_half_length(std::min(x_[5] + std::clamp(step[5], -0.5, 0.5), 12.0));
       fit.iterations = i + 1;
-      converged = std::fabs(step[0]) < converged_px && std::fabs(step[1]) < converged_px &&
-                  std::fabs(step[3]) < 10.0 * converged_px;
+      converged = std::fabs(step[0]) < settings_.converged_px && std::fabs(step[1]) < settings_.converged_px &&
+                  std::fabs(step[3]) < 10.0 * settings_.converged_px;
       if (!(squared(x_[0] - seed_.uv_px(0)) + squared(x_[1] - seed_.uv_px(1)) <
             squared(1.0 + 0.5 * (radius + x_[5])))) {
         return Status::no_convergence;

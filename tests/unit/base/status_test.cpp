@@ -14,12 +14,12 @@ TEST(Status, OkIsZero) { LONGS_EQUAL(0, static_cast<int>(Status::ok)); }
 
 TEST(Status, EveryValueHasItsOwnName) {
   std::set<std::string> names;
-  for (int i = 0; i <= static_cast<int>(Status::inconsistent); ++i) {
+  for (int i = 0; i <= static_cast<int>(Status::unfinished); ++i) {
     const std::string name = relnav::to_string(static_cast<Status>(i));
     CHECK_TRUE(name != "unknown");
     CHECK_TRUE(names.insert(name).second);
   }
-  STRCMP_EQUAL("unknown", relnav::to_string(static_cast<Status>(static_cast<int>(Status::inconsistent) + 1)));
+  STRCMP_EQUAL("unknown", relnav::to_string(static_cast<Status>(static_cast<int>(Status::unfinished) + 1)));
 }
 
 // The numbers go into packets: a change is a change of the ICD.
@@ -29,4 +29,5 @@ TEST(Status, NumbersInPacketsDoNotMove) {
   LONGS_EQUAL(13, static_cast<int>(Status::not_positive_definite));
   LONGS_EQUAL(19, static_cast<int>(Status::unsupported));
   LONGS_EQUAL(21, static_cast<int>(Status::inconsistent));
+  LONGS_EQUAL(22, static_cast<int>(Status::unfinished));
 }
