@@ -77,16 +77,18 @@ std::vector<Vec2> image_grid(const CameraIntrinsics& k, int steps) {
   return pixels;
 }
 
-TEST_GROUP(CameraModel){// The status, and that the outputs were left alone on an error.
-                        static Status project(const CameraModel& camera, const Vec3& p_C){Vec2 uv_px(123.0, 456.0);
-Mat23 J = Mat23::Constant(7.0);
-const Status status = camera.project(p_C, uv_px, J);
-if (status != Status::ok) CHECK(uv_px == Vec2(123.0, 456.0) && J == Mat23(Mat23::Constant(7.0)));
-Vec2 again;
-CHECK(camera.project(p_C, again) == status);
-return status;
-}  // namespace
-static Status unproject(const CameraModel& camera, const Vec2& uv_px) {
+// The status, and that the outputs were left alone on an error.
+Status project(const CameraModel& camera, const Vec3& p_C) {
+  Vec2 uv_px(123.0, 456.0);
+  Mat23 J = Mat23::Constant(7.0);
+  const Status status = camera.project(p_C, uv_px, J);
+  if (status != Status::ok) CHECK(uv_px == Vec2(123.0, 456.0) && J == Mat23(Mat23::Constant(7.0)));
+  Vec2 again;
+  CHECK(camera.project(p_C, again) == status);
+  return status;
+}
+
+Status unproject(const CameraModel& camera, const Vec2& uv_px) {
   Vec3 ray_C(1.0, 2.0, 3.0);
   Mat<3, 2> J = Mat<3, 2>::Constant(7.0);
   const Status status = camera.unproject(uv_px, ray_C, J);
@@ -95,7 +97,10 @@ static Status unproject(const CameraModel& camera, const Vec2& uv_px) {
   CHECK(camera.unproject(uv_px, again) == status);
   return status;
 }
-};  // namespace relnav
+
+}  // namespace
+
+TEST_GROUP(CameraModel){};
 
 TEST(CameraModel, every_pixel_goes_out_and_comes_back) {
   for (const auto& [name, k] : cameras()) {
@@ -444,5 +449,4 @@ TEST(CameraModel, image_reaches_half_a_pixel_beyond_the_outer_centres) {
   CHECK_FALSE(camera.in_image(Vec2(5.0, nan)));
 }
 
-}  // namespace
 }  // namespace relnav

@@ -70,9 +70,9 @@ class Operations {
       const Raw a = draw();
       alone(a);
       together(a, draw());
-      const double value =
-          std::ldexp(2.0 * generator_.uniform() - 1.0, static_cast<int>(generator_.below(digits + 4)) - Bits);
-      from_double(value);
+      // One draw a statement, here and below: the order of arguments and operands is the compiler's.
+      const int exponent = static_cast<int>(generator_.below(digits + 4)) - Bits;
+      from_double(std::ldexp(2.0 * generator_.uniform() - 1.0, exponent));
     }
     return {{"a + b, a - b", 0.0, sum_},
             {"a b", 0.5, product_},
@@ -93,7 +93,8 @@ class Operations {
   static std::string names(Raw a, Raw b) { return name("a", a) + ", " + name("b", b); }
 
   Raw draw() {
-    const std::uint64_t bits = (static_cast<std::uint64_t>(generator_.next()) << 32U) | generator_.next();
+    const std::uint64_t high = generator_.next();
+    const std::uint64_t bits = (high << 32U) | generator_.next();
     const auto raw = static_cast<Raw>(bits >> (64U - digits + generator_.below(digits)));
     return generator_.below(2) == 0 ? raw : -raw;
   }
@@ -261,12 +262,16 @@ class Functions {
     }
     // A point 2 to 200 baselines ahead in two cameras side by side, turned a little.
     const double z = math::exp(0.7 + 4.6 * generator_.uniform());
-    const Vector_d point(0.3 * z * uniform(1.0), 0.3 * z * uniform(1.0), z);
+    const double y = 0.3 * z * uniform(1.0);
+    const double x = 0.3 * z * uniform(1.0);
+    const Vector_d point(x, y, z);
     const double turn = uniform(0.2);
     const math::SinCos s = math::sincos(turn);
     Eigen::Matrix3d R;
     R << s.cos, 0.0, -s.sin, 0.0, 1.0, 0.0, s.sin, 0.0, s.cos;
-    const Vector_d t = R * Vector_d(-1.0, uniform(0.1), uniform(0.1));
+    const double forward = uniform(0.1);
+    const double down = uniform(0.1);
+    const Vector_d t = R * Vector_d(-1.0, down, forward);
     const Vector_d second = R * point + t;
     if (second(2) < 1.0) return;
     const Eigen::Matrix<S, 2, 1> xy_1(static_cast<S>(point(0) / z), static_cast<S>(point(1) / z));

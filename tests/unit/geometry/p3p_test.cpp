@@ -44,6 +44,8 @@ double nearest(const std::array<Vec3, 3>& p_T, const Pose& pose, double& worst_r
   return best;
 }
 
+}  // namespace
+
 TEST_GROUP(P3p){};
 
 TEST(P3p, finds_the_pose_among_its_solutions) {
@@ -97,5 +99,4 @@ TEST(P3p, impossible_angles_have_no_solution_or_one_that_fits) {
   LONGS_EQUAL(0, solve_p3p(points, rays, found));
 }
 
-}  // namespace
 }  // namespace relnav
