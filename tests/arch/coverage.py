@@ -51,6 +51,8 @@ def _is_lambda(text):
 
 def _kind(text, within):
     """What a brace opens: `text` stands before it, since the last statement."""
+    if within == "consteval" or re.search(r"\bconsteval\b", text):
+        return "consteval"
     if _is_lambda(text):
         return "function"
     if within == "function" or within == "inner":
@@ -72,7 +74,8 @@ def _kind(text, within):
 
 
 class Text:
-    """Functions (line, column of the opening brace) and operators && and || (line, column) of a source."""
+    """Functions (line, column of the opening brace) and operators && and || (line, column) of a source. What is consteval is
+    not there when the program runs: its results are tested."""
 
     def __init__(self, content):
         clean = common.without_comments(content)
@@ -184,6 +187,8 @@ class Folder:
             self.lines += counts.lines.values()
             missed.update({line: "not run" for line, reached in counts.lines.items() if not reached})
             for (line, _), outcomes in sorted(counts.branches.items()):
+                if re.search(r"=\s*default\b", text.lines[line - 1]):
+                    continue  # the compiler's own
                 self.branches += [True in outcomes, False in outcomes]
                 if len(outcomes) == 1:
                     missed.setdefault(line, f"never {str(not outcomes.copy().pop()).lower()}")
@@ -218,29 +223,29 @@ def percent(reached):
 
 
 def reasons_of(path):
-    """{(file, text of the line): reason} from lines `file: text  # reason`."""
-    reasons = {}
+    """(file, text of the line, reason) from lines `file: text  # reason`, one for each place."""
+    reasons = []
     for line in path.read_text().splitlines() if path.is_file() else []:
         if line and not line.startswith("#"):
             place, reason = line.split("  # ")
-            reasons[tuple(place.split(": ", 1))] = reason
+            reasons.append((*place.split(": ", 1), reason))
     return reasons
 
 
 def judge(folders, reasons):
-    problems, used = [], set()
+    problems, unused = [], collections.Counter((path, text) for path, text, _ in reasons)
     for name, folder in folders.items():
         if name not in LIMITED:
             continue
         for path, line, what, text in folder.missed:
-            used.add((path, text))
-            if (path, text) not in reasons:
+            unused[(path, text)] -= 1
+            if unused[(path, text)] < 0:
                 problems.append(f"{path}:{line}: {what}: {text}")
         for what, figure, least in (("lines", percent(folder.lines), LEAST_LINES),
                                     ("MC/DC", percent(folder.conditions), LEAST_MCDC)):
             if figure < least:
                 problems.append(f"fsw/{name}: {figure:.1f} % of {what}, {least:.0f} at least")
-    return problems + [f"coverage.txt: reached by now: {path}: {text}" for path, text in reasons if (path, text) not in used]
+    return problems + [f"coverage.txt: reached by now: {path}: {text}" for (path, text), n in unused.items() if n > 0]
 
 
 # The document.
@@ -258,7 +263,7 @@ HEADER = ("| folder | lines | run | branches | taken | conditions | MC/DC shown 
 
 def list_of(folders, reasons):
     text = "\nNot reached, and why:\n\n"
-    for (path, line), reason in reasons.items():
+    for path, line, reason in reasons:
         text += f"- `{path}`: `{line}`: {reason}\n"
     left_out = [entry for name, folder in folders.items() if name not in LIMITED for entry in folder.left_out]
     if left_out:
@@ -349,6 +354,9 @@ SEEDS = [
          "for (int i = 0; i < 8; ++i) f(i & 1, i & 2, i & 4), both(i & 1, i & 2);", "a.hpp:6: decision that clang leaves out"),
     seed("with a reason", BOTH + "\n" + HALVES, "size(1); for (char c = 0; c < 12; ++c) size(c); both(1, 1); both(0, 1);",
          "75.0 % of MC/DC", "fsw/base/a.hpp: return a && b;  # b is always true\n"),
+    seed("reason for one of two", BOTH + BOTH.replace("both", "too").replace("inline", "\ninline"),
+         "both(1, 1); both(0, 1); too(1, 1); too(0, 1);", "a.hpp:6: MC/DC of condition 2",
+         "fsw/base/a.hpp: return a && b;  # b is always true\n"),
     seed("reason for what is reached", BOTH, "both(1, 1); both(0, 1); both(1, 0);", "reached by now",
          "fsw/base/a.hpp: return a && b;  # b is always true\n"),
     seed("test that fails", BOTH, "both(1, 1); both(0, 1); both(1, 0); return 1;", "test fails"),
