@@ -5,10 +5,7 @@
 #include <array>
 #include <cmath>
 #include <cstdio>
-#include <cstdlib>
-#include <fstream>
 #include <limits>
-#include <sstream>
 #include <string>
 #include <type_traits>
 #include <vector>
@@ -19,6 +16,7 @@
 #include "fsw/geometry/triangulation.hpp"
 #include "fsw/math/elementary.hpp"
 #include "fsw/math/scalar.hpp"
+#include "tests/support/generated_document.hpp"
 
 #include <CppUTest/TestHarness.h>
 
@@ -356,37 +354,20 @@ std::string table(const std::string& title, const std::vector<Row>& rows) {
   return text;
 }
 
-constexpr const char* begin_marker = "<!-- tables: made by tests/unit/geometry/fixed_accuracy_test.cpp, begin -->\n";
-constexpr const char* end_marker = "<!-- tables: end -->\n";
-
 }  // namespace
 
 TEST_GROUP(FixedAccuracy){};
 
 TEST(FixedAccuracy, every_operation_keeps_its_bound_and_the_document_says_so) {
-  const std::string path = std::string(RELNAV_SOURCE_DIR) + "/docs/fixed-point.md";
-  std::ifstream file(path);
-  CHECK_TRUE(file.is_open());
-  std::stringstream content;
-  content << file.rdbuf();
-  const std::string text = content.str();
-  const std::size_t begin_at = text.find(begin_marker);
-  const std::size_t end_at = text.find(end_marker);
-  CHECK_TRUE(begin_at != std::string::npos);
-  CHECK_TRUE(end_at != std::string::npos);
-  const std::size_t start = begin_at + std::string(begin_marker).size();
-  std::string expected;
-  expected += table("Operations, Q2.29 (step 1.9e-9)", Operations<29, std::int32_t>().sweep());
-  expected += table("Operations, Q16.47 (step 7.1e-15)", Operations<47, std::int64_t>().sweep());
-  expected += table("Operations, Q7.56 (step 1.4e-17)", Operations<56, std::int64_t>().sweep());
-  expected += table("Functions, Q2.29", Functions<FixedQ29>().sweep());
-  expected += table("Functions, Q16.47", Functions<FixedQ47>().sweep());
-  expected += table("Functions, `float` (step 2^-24)", Functions<float>().sweep());
-  expected += "\n";
-  if (std::getenv("RELNAV_UPDATE_FIXED_POINT") != nullptr) {
-    std::ofstream(path) << text.substr(0, start) << expected << text.substr(end_at);
-    return;
-  }
-  STRCMP_EQUAL(expected.c_str(), text.substr(start, end_at - start).c_str());
+  std::string made;
+  made += table("Operations, Q2.29 (step 1.9e-9)", Operations<29, std::int32_t>().sweep());
+  made += table("Operations, Q16.47 (step 7.1e-15)", Operations<47, std::int64_t>().sweep());
+  made += table("Operations, Q7.56 (step 1.4e-17)", Operations<56, std::int64_t>().sweep());
+  made += table("Functions, Q2.29", Functions<FixedQ29>().sweep());
+  made += table("Functions, Q16.47", Functions<FixedQ47>().sweep());
+  made += table("Functions, `float` (step 2^-24)", Functions<float>().sweep());
+  test::check_generated("docs/fixed-point.md",
+                        "<!-- tables: made by tests/unit/geometry/fixed_accuracy_test.cpp, begin -->\n",
+                        "<!-- tables: end -->\n", made + "\n", "RELNAV_UPDATE_FIXED_POINT");
 }
 #endif
