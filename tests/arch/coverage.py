@@ -211,7 +211,7 @@ class Folder:
             for place in text.operators:
                 if not any(start <= place <= end for start, end in spans) and place[0] not in missed:
                     # An assertion's decisions stand where its macro is used.
-                    if not any(start[0] == end[0] and text.lines[start[0] - 1].lstrip().startswith("RELNAV_ASSERT")
+                    if not any(start[0] == end[0] and "RELNAV_ASSERT" in text.lines[start[0] - 1]
                                and start[0] <= place[0] <= start[0] + 2 for start, end in spans):
                         self.left_out.append((str(path), place[0], text.lines[place[0] - 1].strip()))
                         missed.setdefault(place[0], "decision that clang leaves out")
