@@ -8,7 +8,7 @@ namespace relnav {
 
 namespace crc32_detail {
 
-[[nodiscard]] constexpr std::array<std::uint32_t, 256> make_table() {
+[[nodiscard]] consteval std::array<std::uint32_t, 256> make_table() {
   std::array<std::uint32_t, 256> table{};
   for (std::uint32_t byte = 0; byte < 256; ++byte) {
     std::uint32_t crc = byte;

@@ -34,15 +34,11 @@ struct OddPolynomial {
   [[nodiscard]] double value(double s) const { return s * ratio(s * s); }
 };
 
+// Of every model but none.
 OddPolynomial radial_polynomial(const CameraIntrinsics& k) {
   const auto& c = k.coefficients;
-  switch (k.model) {
-    case DistortionModel::none: return {};
-    case DistortionModel::radial_tangential:
-    case DistortionModel::radial_inverse: return {c[0], c[1], 0.0, 0.0};
-    case DistortionModel::equidistant: return {c[0], c[1], c[2], c[3]};
-  }
-  return {};
+  if (k.model == DistortionModel::equidistant) return {c[0], c[1], c[2], c[3]};
+  return {c[0], c[1], 0.0, 0.0};
 }
 
 // |(p1, p2)|. The tangential part t of radial_tangential has |t| <= 3 |p| r^2 and a symmetric Jacobian of norm
@@ -282,46 +278,37 @@ Status CameraModel::unproject(const Vec2& uv_px, Vec3& ray_C, Mat<3, 2>& J_ray_u
   Vec3 ray = Vec3::UnitZ();
   Mat<3, 2> J_ray_d = Mat<3, 2>::Zero();
 
-  switch (k.model) {
-    case DistortionModel::none: {
-      ray = Vec3(d.x(), d.y(), 1.0);
-      J_ray_d.topRows<2>() = Mat2::Identity();
-      break;
-    }
-    case DistortionModel::radial_tangential: {
-      Vec2 n;
-      Mat2 J_d_n;
-      const Status inverted = undistort_radial_tangential(k, domain_limit_, range_limit_, d, n, J_d_n);
-      if (inverted != Status::ok) return inverted;
-      ray = Vec3(n.x(), n.y(), 1.0);
-      J_ray_d.topRows<2>() = symmetric_inverse(J_d_n);
-      break;
-    }
-    case DistortionModel::radial_inverse: {
-      const double r_d = d.norm();
-      if (!(r_d <= domain_limit_)) return Status::outside_domain;
-      const OddPolynomial g = radial_polynomial(k);
-      const double ratio = g.ratio(r_d * r_d);
-      ray = Vec3(ratio * d.x(), ratio * d.y(), 1.0);
-      J_ray_d.topRows<2>() = radial_jacobian(ratio, g.slope(r_d * r_d), direction(d, r_d));
-      break;
-    }
-    case DistortionModel::equidistant: {
-      const double r_d = d.norm();
-      if (!(r_d <= range_limit_)) return Status::outside_domain;
-      const OddPolynomial g = radial_polynomial(k);
-      double theta = 0.0;
-      const Status inverted = invert(g, r_d, domain_limit_, theta);
-      if (inverted != Status::ok) return inverted;
-      const math::SinCos of_theta = math::sincos(theta);
-      const double slope = g.slope(theta * theta);
-      const Vec2 e = direction(d, r_d);
-      const double ratio = r_d > 1e-9 ? of_theta.sin / r_d : 1.0;
-      ray = Vec3(ratio * d.x(), ratio * d.y(), of_theta.cos);
-      J_ray_d.topRows<2>() = radial_jacobian(ratio, of_theta.cos / slope, e);
-      J_ray_d.row(2) = (-of_theta.sin / slope) * e.transpose();
-      break;
-    }
+  if (k.model == DistortionModel::none) {
+    ray = Vec3(d.x(), d.y(), 1.0);
+    J_ray_d.topRows<2>() = Mat2::Identity();
+  } else if (k.model == DistortionModel::radial_tangential) {
+    Vec2 n;
+    Mat2 J_d_n;
+    const Status inverted = undistort_radial_tangential(k, domain_limit_, range_limit_, d, n, J_d_n);
+    if (inverted != Status::ok) return inverted;
+    ray = Vec3(n.x(), n.y(), 1.0);
+    J_ray_d.topRows<2>() = symmetric_inverse(J_d_n);
+  } else if (k.model == DistortionModel::radial_inverse) {
+    const double r_d = d.norm();
+    if (!(r_d <= domain_limit_)) return Status::outside_domain;
+    const OddPolynomial g = radial_polynomial(k);
+    const double ratio = g.ratio(r_d * r_d);
+    ray = Vec3(ratio * d.x(), ratio * d.y(), 1.0);
+    J_ray_d.topRows<2>() = radial_jacobian(ratio, g.slope(r_d * r_d), direction(d, r_d));
+  } else {  // equidistant
+    const double r_d = d.norm();
+    if (!(r_d <= range_limit_)) return Status::outside_domain;
+    const OddPolynomial g = radial_polynomial(k);
+    double theta = 0.0;
+    const Status inverted = invert(g, r_d, domain_limit_, theta);
+    if (inverted != Status::ok) return inverted;
+    const math::SinCos of_theta = math::sincos(theta);
+    const double slope = g.slope(theta * theta);
+    const Vec2 e = direction(d, r_d);
+    const double ratio = r_d > 1e-9 ? of_theta.sin / r_d : 1.0;
+    ray = Vec3(ratio * d.x(), ratio * d.y(), of_theta.cos);
+    J_ray_d.topRows<2>() = radial_jacobian(ratio, of_theta.cos / slope, e);
+    J_ray_d.row(2) = (-of_theta.sin / slope) * e.transpose();
   }
 
   ray_C = ray;

@@ -59,9 +59,8 @@ class CameraModel {
     const double z = p_C.z();
     // Most poses are of such points, many times over: in line.
     const bool is_plain = intrinsics_.model == DistortionModel::none && intrinsics_.fu > 0.0;
-    if (!is_plain || !(z > 1e-100 && z < 1e100) || !(z > 1e-6 * std::fabs(x) && z > 1e-6 * std::fabs(y))) {
-      return project_any(p_C, uv_px, J_uv_p);
-    }
+    const bool is_ahead = z > 1e-100 && z < 1e100 && z > 1e-6 * std::fabs(x) && z > 1e-6 * std::fabs(y);
+    if (!is_plain || !is_ahead) return project_any(p_C, uv_px, J_uv_p);
     const double inverse = 1.0 / z;
     const double u = intrinsics_.fu * (x * inverse);
     const double v = intrinsics_.fv * (y * inverse);

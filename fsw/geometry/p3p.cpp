@@ -11,6 +11,7 @@ namespace {
 constexpr double least_sine = 1e-3;
 constexpr int cubic_steps = 20;
 constexpr int polish_steps = 4;
+constexpr double most_misfit = 1e-9;  // of squared distances, over their sum; solutions come within some 1e-15
 
 /// Real roots of x^2 + b x + c, without cancellation. False: none.
 bool quadratic_roots(double b, double c, double& r1, double& r2) {
@@ -66,24 +67,33 @@ Vec3 eigenvector(const Singular& A, double e) {
   return {norm * x, norm * y, norm};
 }
 
-/// Distances along the rays, towards |l1 y1 - l2 y2|^2 = a12 and so on.
-void polish(const P3pPoints& q, double c12, double c13, double c23, Vec3& l) {
+/// |l1 y1 - l2 y2|^2 - a12 and so on.
+Vec3 misfits(const P3pPoints& q, double c12, double c13, double c23, const Vec3& l) {
+  const double x = l(0), y = l(1), z = l(2);
+  return {x * x + y * y - 2.0 * c12 * x * y - q.a12, x * x + z * z - 2.0 * c13 * x * z - q.a13,
+          y * y + z * z - 2.0 * c23 * y * z - q.a23};
+}
+
+double total(const Vec3& r) { return std::abs(r(0)) + std::abs(r(1)) + std::abs(r(2)); }
+
+/// Distances along the rays, towards no misfits. False: they do not come near, there is no such triangle.
+bool polish(const P3pPoints& q, double c12, double c13, double c23, Vec3& l) {
+  const double size = q.a12 + q.a13 + q.a23;
   for (int k = 0; k < polish_steps; ++k) {
-    const double x = l(0), y = l(1), z = l(2);
-    const double r12 = x * x + y * y - 2.0 * c12 * x * y - q.a12;
-    const double r13 = x * x + z * z - 2.0 * c13 * x * z - q.a13;
-    const double r23 = y * y + z * z - 2.0 * c23 * y * z - q.a23;
-    if (std::abs(r12) + std::abs(r13) + std::abs(r23) < 1e-14 * (q.a12 + q.a13 + q.a23)) return;
+    const Vec3 r = misfits(q, c12, c13, c23, l);
+    if (total(r) < 1e-14 * size) return true;
     // Half Jacobian [[a b 0] [c 0 d] [0 e f]].
+    const double x = l(0), y = l(1), z = l(2);
     const double a = x - c12 * y, b = y - c12 * x;
     const double c = x - c13 * z, d = z - c13 * x;
     const double e = y - c23 * z, f = z - c23 * y;
     const double det = -a * d * e - b * c * f;
-    if (!(std::abs(det) > 0.0)) return;
+    if (!(std::abs(det) > 0.0)) return false;
     const double s = -0.5 / det;
-    l += s * Vec3(-d * e * r12 - b * f * r13 + b * d * r23, -c * f * r12 + a * f * r13 - a * d * r23,
-                  c * e * r12 - a * e * r13 - b * c * r23);
+    l += s * Vec3(-d * e * r(0) - b * f * r(1) + b * d * r(2), -c * f * r(0) + a * f * r(1) - a * d * r(2),
+                  c * e * r(0) - a * e * r(1) - b * c * r(2));
   }
+  return total(misfits(q, c12, c13, c23, l)) < most_misfit * size;
 }
 
 }  // namespace
@@ -133,11 +143,8 @@ int solve_p3p(const P3pPoints& q, const std::array<Vec3, 3>& rays_C, std::array<
       a23 * (1.0 - g),      0.5 * a23 * b12, -0.5 * a23 * b13 * g, a23 - a12 + a13 * g, 0.5 * b23 * (a13 * g - a12),
       g * (a13 - a23) - a12};
   double e1, e2;
-  if (!quadratic_roots(-A.a00 - A.a11 - A.a22,
-                       A.a00 * (A.a11 + A.a22) + A.a11 * A.a22 - A.a01 * A.a01 - A.a02 * A.a02 - A.a12 * A.a12, e1,
-                       e2)) {
-    return 0;
-  }
+  const double product = A.a00 * (A.a11 + A.a22) + A.a11 * A.a22 - A.a01 * A.a01 - A.a02 * A.a02 - A.a12 * A.a12;
+  if (!quadratic_roots(-A.a00 - A.a11 - A.a22, product, e1, e2)) return 0;
   if (std::abs(e1) < std::abs(e2)) std::swap(e1, e2);
   const Vec3 v1 = eigenvector(A, e1);
   const Vec3 v2 = eigenvector(A, e2);
@@ -155,12 +162,12 @@ int solve_p3p(const P3pPoints& q, const std::array<Vec3, 3>& rays_C, std::array<
     std::array<double, 2> tau{};
     if (!quadratic_roots(b, c, tau[0], tau[1])) continue;
     for (const double t : tau) {
-      if (!(t > 0.0) || count >= 4) continue;
+      if (!(t > 0.0)) continue;
       const double l2 = std::sqrt(a23 / (t * (b23 + t) + 1.0));
       Vec3 l(w0 * l2 + w1 * t * l2, l2, t * l2);
       if (!(l(0) >= 0.0) || !std::isfinite(l(0))) continue;
-      polish(q, c12, c13, c23, l);
-      if (!(l(0) > 0.0 && l(1) > 0.0 && l(2) > 0.0)) continue;
+      const bool fits = polish(q, c12, c13, c23, l);
+      if (!(l(0) > 0.0 && l(1) > 0.0 && l(2) > 0.0 && fits)) continue;
       const Vec3 first = l(0) * rays_C[0];
       Mat3 basis;
       basis.col(0) = first - l(1) * rays_C[1];

@@ -20,8 +20,8 @@ Status make_p3p_points(const std::array<Vec3, 3>& p_T, P3pPoints& out);
 
 /// Poses under which three points are seen along three rays: Persson, Nordberg, "Lambda Twist", ECCV 2018. `rays_C`: unit
 /// length, in the order of the points. All points lie in front along their rays. Distances are polished by Newton steps, to
-/// about 1e-12 except near double solutions. Only sqrt; at most 20 + 2 x 4 Newton steps. Returns their number, 0 .. 4;
-/// coinciding solutions may come twice.
+/// about 1e-12 except near double solutions; what does not come near the distances of the points is no solution. Only sqrt; at
+/// most 20 + 2 x 4 Newton steps. Returns their number, 0 .. 4; coinciding solutions may come twice.
 [[nodiscard]] int solve_p3p(const P3pPoints& points, const std::array<Vec3, 3>& rays_C, std::array<Pose, 4>& out);
 
 }  // namespace relnav

@@ -38,7 +38,7 @@ struct MatrixView {
 template <int MaxRows, int MaxCols>
 class MatrixStorage {
   static_assert(MaxRows > 0 && MaxCols > 0);
-  static constexpr int padded_rows() {
+  static consteval int padded_rows() {
     int ld = (MaxRows + 7) / 8 * 8;
     // A power-of-two stride maps all columns to few cache sets: the downdate takes 1.5 times as long.
     while ((ld & (ld - 1)) == 0) ld += 8;  // bound: 2, which is that of 8

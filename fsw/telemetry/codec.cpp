@@ -64,7 +64,9 @@ void take_fields(PacketReader& reader, const Fields& fields, Value& value) {
 }
 template <typename Fields, typename Value>
 [[nodiscard]] bool finite_fields(const Fields& fields, const Value& value) {
-  return std::apply([&](const auto&... f) { return (all_finite(value.*(f.member)) && ...); }, fields);
+  bool finite = true;
+  std::apply([&](const auto&... f) { ((finite = finite && all_finite(value.*(f.member))), ...); }, fields);
+  return finite;
 }
 
 template <typename Packet>

@@ -202,7 +202,7 @@ inline constexpr std::array<EventDefinition, 27> event_definitions{{
 }
 
 namespace event_detail {
-[[nodiscard]] constexpr bool table_is_in_order() {
+[[nodiscard]] consteval bool table_is_in_order() {
   for (std::size_t i = 0; i < event_definitions.size(); ++i) {
     if (static_cast<std::size_t>(event_definitions[i].id) != i + 1U) return false;
   }

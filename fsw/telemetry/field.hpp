@@ -95,7 +95,7 @@ struct Field {
 };
 
 template <typename Packet, typename Member>
-[[nodiscard]] constexpr Field<Packet, Member> field(Member Packet::*member, const char* name, const char* unit,
+[[nodiscard]] consteval Field<Packet, Member> field(Member Packet::*member, const char* name, const char* unit,
                                                     const char* description, const Labels& labels = {}) {
   return {member, name, unit, description, labels};
 }

@@ -148,14 +148,14 @@ inline constexpr std::array<Label, 4> health_items{{{health::camera_streaming, "
                                                     {health::arithmetic_overflow, "arithmetic_overflow"},
                                                     {health::second_camera_streaming, "second_camera_streaming"}}};
 
-[[nodiscard]] constexpr std::array<Label, static_cast<std::size_t>(Status::unfinished) + 1U> make_status_items() {
+[[nodiscard]] consteval std::array<Label, static_cast<std::size_t>(Status::unfinished) + 1U> make_status_items() {
   std::array<Label, static_cast<std::size_t>(Status::unfinished) + 1U> items{};
   for (std::size_t i = 0; i < items.size(); ++i) items[i] = {i, to_string(static_cast<Status>(i))};
   return items;
 }
 inline constexpr auto status_items = make_status_items();
 
-[[nodiscard]] constexpr std::array<Label, event_definitions.size()> make_event_items() {
+[[nodiscard]] consteval std::array<Label, event_definitions.size()> make_event_items() {
   std::array<Label, event_definitions.size()> items{};
   for (std::size_t i = 0; i < items.size(); ++i) {
     items[i] = {static_cast<std::uint64_t>(event_definitions[i].id), event_definitions[i].name};
@@ -289,7 +289,7 @@ inline constexpr std::array<PacketDefinition, packet_count> packet_definitions{{
 }
 
 namespace packet_detail {
-[[nodiscard]] constexpr bool table_is_in_order() {
+[[nodiscard]] consteval bool table_is_in_order() {
   for (std::size_t i = 0; i < packet_definitions.size(); ++i) {
     if (static_cast<std::size_t>(packet_definitions[i].id) != i || packet_definitions[i].apid_offset != i) return false;
   }

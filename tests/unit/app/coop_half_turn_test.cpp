@@ -92,12 +92,14 @@ class HalfTurn {
   int lights_ = 0;
 };
 
+}  // namespace
+
 TEST_GROUP(CoopHalfTurn) {
   platform::host::ScriptedClock clock;
   std::unique_ptr<app::CoopNavigator> navigator = std::make_unique<app::CoopNavigator>(clock);
   std::unique_ptr<app::StepReport> report = std::make_unique<app::StepReport>();
 
-  void run(double rate_deg_s, double exposure_s) {
+  void fly(double rate_deg_s, double exposure_s) {
     HalfTurn scene(rate_deg_s * M_PI / 180.0, exposure_s);
     app::CoopNavigatorConfig config;
     config.target = scene.told();
@@ -144,9 +146,8 @@ TEST_GROUP(CoopHalfTurn) {
   }
 };
 
-TEST(CoopHalfTurn, slow_exposure_of_a_slow_turn) { run(10.0, 0.02); }
+TEST(CoopHalfTurn, slow_exposure_of_a_slow_turn) { fly(10.0, 0.02); }
 
-TEST(CoopHalfTurn, half_a_turn_with_motion_blur) { run(20.0, 0.1); }
+TEST(CoopHalfTurn, half_a_turn_with_motion_blur) { fly(20.0, 0.1); }
 
-}  // namespace
 }  // namespace relnav

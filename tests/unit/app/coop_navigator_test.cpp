@@ -252,6 +252,23 @@ TEST(CoopNavigator, TooFewSpotsThatDoNotFitAreNoUpdate) {
   LONGS_EQUAL(0, report->inliers);
 }
 
+TEST(CoopNavigator, SpotsThatAreNoUpdateSayNothingAboutWhatIsInSight) {
+  // A marker that is missed in two frames is out of sight, but not in frames that contradict the filter.
+  configure(test::one_camera(), test::eight_leds(), 0.6, PoseFilterConfig().gate_chi2, 1e-9);
+  scene.render();
+  CHECK_TRUE(process() == Status::ok);
+  for (int k = 0; k < 3; ++k) {
+    next();
+    scene.render({0, 1, 2, 3, 4});
+    CHECK_TRUE(process() == Status::inconsistent);
+  }
+  next();
+  scene.render();
+  CHECK_TRUE(process() == Status::ok);
+  LONGS_EQUAL(8, report->matched);
+  LONGS_EQUAL(8, report->inliers);
+}
+
 TEST(CoopNavigator, OneCameraGoesOnWhileTheOtherIsBlind) {
   for (const std::size_t blind : {0U, 1U}) {
     configure(test::two_cameras(), test::eight_leds());

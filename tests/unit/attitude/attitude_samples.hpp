@@ -14,7 +14,8 @@ inline constexpr double pi = 3.14159265358979323846;
 
 /// Active rotation by `angle` (rad) about `axis`, in long double with the C library: shares nothing with fsw.
 inline Mat3 reference_dcm(const Vec3& axis, long double angle) {
-  long double n[3] = {axis.x(), axis.y(), axis.z()};
+  long double n[3];
+  for (int k = 0; k < 3; ++k) n[k] = static_cast<long double>(axis(k));
   const long double length = std::sqrt(n[0] * n[0] + n[1] * n[1] + n[2] * n[2]);
   for (long double& component : n) component /= length;
   const long double s = std::sin(angle);

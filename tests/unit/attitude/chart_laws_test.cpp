@@ -351,6 +351,8 @@ void nan_stays_nan_and_traps_nothing() {
   CHECK(std::isnan(chart.dcm().sum()));
 }
 
+}  // namespace
+
 TEST_GROUP(MrpLaws){};
 TEST_GROUP(RodriguesLaws){};
 
@@ -374,5 +376,4 @@ LAW(a_million_degrees_in_steps_end_where_they_should)
 LAW(covariance_follows_the_error_rotation_through_motion_and_switches)
 LAW(nan_stays_nan_and_traps_nothing)
 
-}  // namespace
 }  // namespace relnav

@@ -8,7 +8,6 @@
 #include <CppUTest/TestHarness.h>
 
 namespace relnav {
-namespace {
 
 TEST_GROUP(Mrp){};
 
@@ -61,5 +60,4 @@ TEST(Mrp, a_slow_turn_through_180_degrees_switches_once) {
   CHECK_EQUAL(1, switches);
 }
 
-}  // namespace
 }  // namespace relnav

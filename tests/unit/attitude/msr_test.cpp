@@ -119,6 +119,8 @@ SwitchReport switch_samples(int count, double largest_component) {
   return report;
 }
 
+}  // namespace
+
 TEST_GROUP(GibbsSets){};
 
 TEST(GibbsSets, dcm_is_the_printed_one_and_the_charts) {
@@ -251,5 +253,4 @@ TEST(GibbsSets, iterates_within_the_stated_bounds) {
   CHECK(largest > 4.5);
 }
 
-}  // namespace
 }  // namespace relnav

@@ -8,7 +8,6 @@
 #include <CppUTest/TestHarness.h>
 
 namespace relnav {
-namespace {
 
 using test::max_difference;
 
@@ -79,5 +78,4 @@ TEST(Quaternion, dcm_need_not_be_exactly_orthonormal) {
   }
 }
 
-}  // namespace
 }  // namespace relnav

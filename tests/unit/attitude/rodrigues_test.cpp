@@ -39,6 +39,8 @@ Vec3 switch_as_printed(const Vec3& g, int j) {
 
 int index_as_printed(int i, int j) { return i == 0 ? j : (i == j ? 0 : 6 - j - i); }
 
+}  // namespace
+
 TEST_GROUP(Rodrigues){};
 
 TEST(Rodrigues, dcm_is_c_of_g_times_the_sets_rotation) {
@@ -107,5 +109,4 @@ TEST(Rodrigues, jacobians_are_bounded_by_2_within_the_switching_bound) {
   }
 }
 
-}  // namespace
 }  // namespace relnav

@@ -10,10 +10,8 @@
 #include <CppUTest/TestHarness.h>
 
 namespace relnav {
-namespace {
 
 using test::max_difference;
-using test::pi;
 
 TEST_GROUP(So3){};
 
@@ -106,5 +104,4 @@ TEST(So3, angles_beyond_the_domain_and_nan_give_nan) {
   CHECK(std::isnan(log_so3(Mat3::Constant(std::nan("")))(0)));
 }
 
-}  // namespace
 }  // namespace relnav

@@ -29,6 +29,9 @@ TEST(BoundedVector, KeepsOrder) {
   LONGS_EQUAL(30, v[2]);
   LONGS_EQUAL(60, std::accumulate(v.begin(), v.end(), 0));
   CHECK_TRUE(v.data() + 2 == &v[2]);
+  const auto& constant = v;
+  CHECK_TRUE(constant.data() == v.data());
+  CHECK_TRUE(&constant[2] == &v[2]);
 }
 
 TEST(BoundedVector, FullRefusesAndStaysUnchanged) {

@@ -1,33 +1,12 @@
-#include <sys/types.h>
-#include <sys/wait.h>
-#include <unistd.h>
-
-#include <csignal>
-
+#include "fsw/base/panic.hpp"
 #include "fsw/base/bounded_vector.hpp"
 #include "fsw/base/expected.hpp"
-#include "fsw/base/panic.hpp"
 #include "fsw/base/slot_pool.hpp"
+#include "tests/support/panics.hpp"
 
 #include <CppUTest/TestHarness.h>
 
-namespace {
-
-/// Whether `action` ends in panic(), which aborts on a host.
-template <typename Action>
-bool panics(Action action) {
-  const pid_t child = fork();
-  if (child == 0) {
-    close(STDERR_FILENO);
-    action();
-    _exit(0);
-  }
-  int state = 0;
-  waitpid(child, &state, 0);
-  return WIFSIGNALED(state) && WTERMSIG(state) == SIGABRT;
-}
-
-}  // namespace
+using relnav::test::panics;
 
 TEST_GROUP(Panic){};
 
@@ -42,6 +21,10 @@ TEST(Panic, VectorIndexAtSize) {
     relnav::BoundedVector<int, 4> v;
     static_cast<void>(v.push_back(1));
     v[1] = 2;
+  }));
+  CHECK_TRUE(panics([] {
+    const relnav::BoundedVector<int, 4> v;
+    static_cast<void>(v[0]);
   }));
 }
 TEST(Panic, VectorPopOfNothing) {
@@ -58,4 +41,5 @@ TEST(Panic, ExpectedErrorThatIsOk) {
 }
 TEST(Panic, HandleOfAFreeSlot) {
   CHECK_TRUE(panics([] { static_cast<void>(relnav::SlotPool<4>{}.handle_of(0)); }));
+  CHECK_TRUE(panics([] { static_cast<void>(relnav::SlotPool<4>{}.handle_of(4)); }));
 }

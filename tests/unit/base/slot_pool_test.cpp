@@ -14,6 +14,7 @@ using relnav::Status;
 TEST_GROUP(SlotPool) { SlotPool<3> pool; };
 
 TEST(SlotPool, GivesTheLowestFreeSlot) {
+  LONGS_EQUAL(3, pool.capacity());
   LONGS_EQUAL(0, pool.acquire().value().index);
   const SlotHandle second = pool.acquire().value();
   LONGS_EQUAL(1, second.index);
@@ -53,7 +54,15 @@ TEST(SlotPool, HandleThatNamesNothing) {
   CHECK_FALSE(pool.is_current(SlotHandle{}));
   CHECK_TRUE(pool.release(SlotHandle{}) == Status::stale_handle);
   CHECK_TRUE(pool.release(SlotHandle{3, 0}) == Status::stale_handle);
+  CHECK_FALSE(pool.is_used(0));
   CHECK_FALSE(pool.is_used(3));
+}
+
+TEST(SlotPool, HandlesAreOneOnlyInIndexAndGeneration) {
+  const SlotHandle handle{1, 7};
+  CHECK_TRUE((handle == SlotHandle{1, 7}));
+  CHECK_FALSE((handle == SlotHandle{1, 8}));
+  CHECK_FALSE((handle == SlotHandle{2, 7}));
 }
 
 // 65536 uses of one slot make its generations begin again: documented reach of the tag.

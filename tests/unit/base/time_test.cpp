@@ -31,7 +31,11 @@ TEST(Time, Order) {
   CHECK_TRUE(Time{1} < Time{2});
   CHECK_TRUE(Time{-1} < Time{0});
   CHECK_TRUE(Time{2} >= Time{2});
+  CHECK_FALSE(Time{1} >= Time{2});
+  CHECK_FALSE(Time{1} == Time{2});
   CHECK_TRUE(Duration{-5} < Duration{});
+  CHECK_FALSE(Duration{5} < Duration{});
+  CHECK_TRUE(Duration{5} == Duration{5});
   CHECK_TRUE(Time{std::numeric_limits<std::int64_t>::min()} < Time{std::numeric_limits<std::int64_t>::max()});
 }
 

@@ -54,6 +54,8 @@ double sigmas_between(const PoseEstimate& estimate, const Pose& pose) {
   return std::sqrt(test::mahalanobis_squared(d, estimate.covariance));
 }
 
+}  // namespace
+
 TEST_GROUP(CooperativeEstimator) {
   std::unique_ptr<CooperativeEstimator> estimator = std::make_unique<CooperativeEstimator>();
   CooperativeSolution out;
@@ -305,5 +307,4 @@ TEST(CooperativeEstimator, refuses_what_it_cannot_do) {
   CHECK(estimator->solve(none, nullptr, out) == Status::too_few_features);
 }
 
-}  // namespace
 }  // namespace relnav

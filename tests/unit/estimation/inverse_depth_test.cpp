@@ -19,6 +19,8 @@ void for_each_angle(const Function& f) {
   }
 }
 
+}  // namespace
+
 TEST_GROUP(InverseDepth){};
 
 TEST(InverseDepth, ray_is_a_unit_vector_of_eq_4) {
@@ -127,5 +129,4 @@ TEST(InverseDepth, linearity_index_is_infinite_where_there_is_no_point) {
   CHECK(std::isinf(inverse_depth::euclidean_linearity_index(y, 0.1, Vec3(0.0, 0.0, 2.0))));
 }
 
-}  // namespace
 }  // namespace relnav

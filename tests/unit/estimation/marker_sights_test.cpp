@@ -4,8 +4,6 @@
 #include <CppUTest/TestHarness.h>
 
 namespace relnav {
-namespace {
-
 TEST_GROUP(MarkerSights) {
   MarkerSights sights;
   ExpectedMarkers expected;
@@ -114,5 +112,4 @@ TEST(MarkerSights, the_brightness_is_that_of_the_latest_sight) {
   DOUBLES_EQUAL(0.0, expected[2].flux, 0.0);
 }
 
-}  // namespace
 }  // namespace relnav

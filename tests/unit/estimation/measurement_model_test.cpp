@@ -52,6 +52,8 @@ void for_each_view(const Check& check) {
   }
 }
 
+}  // namespace
+
 TEST_GROUP(MeasurementModel){};
 
 TEST(MeasurementModel, pixel_is_the_projected_point) {
@@ -130,5 +132,4 @@ TEST(MeasurementModel, image_covariance_is_the_dense_product) {
   }
 }
 
-}  // namespace
 }  // namespace relnav

@@ -114,6 +114,8 @@ Campaign run_campaign(double range_m, Settings settings) {
   return out;
 }
 
+}  // namespace
+
 TEST_GROUP(NoncoopMonteCarlo){};
 
 // The goal is the 95 % band of chi-square about the degrees of freedom: means of 3 and 6, 95 % of the frames below 7.8 and
@@ -149,5 +151,4 @@ TEST(NoncoopMonteCarlo, far_from_a_turning_target_as_flown) {
   CHECK(c.pose.mean() < 25.0);
 }
 
-}  // namespace
 }  // namespace relnav

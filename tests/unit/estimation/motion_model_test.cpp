@@ -48,6 +48,8 @@ void check_F(const MotionModel& model, const MotionState& at, double dt_s, const
   CHECK((test::jacobian_error<12, 12>(F, step, Mat<12>::Zero()) < 2e-8));
 }
 
+}  // namespace
+
 TEST_GROUP(MotionModels){};
 
 TEST(MotionModels, F_is_the_jacobian_of_the_step) {
@@ -254,5 +256,4 @@ TEST(MotionModels, moments_of_inertia_that_no_body_has_are_told) {
   for (const InertiaRatios& inertia : impossible) CHECK_FALSE(inertia.is_physical());
 }
 
-}  // namespace
 }  // namespace relnav

@@ -32,6 +32,8 @@ test::TargetMotion turning_at(const Vec3& rate_deg_s) {
 
 double degrees(double rad) { return rad / test::degree; }
 
+}  // namespace
+
 TEST_GROUP(NoncoopFilters){};
 
 TEST(NoncoopFilters, configure_refuses_what_makes_no_sense) {
@@ -272,5 +274,4 @@ TEST(NoncoopFilters, wild_matches_are_left_out) {
   CHECK(degrees(run.attitude_error(filter.output()).norm()) < 2.0);
 }
 
-}  // namespace
 }  // namespace relnav

@@ -97,6 +97,8 @@ PoseObservations visible_corners(const CameraRig& rig, const TargetModel& cube, 
   return seen;
 }
 
+}  // namespace
+
 TEST_GROUP(PoseAcquisition){};
 
 TEST(PoseAcquisition, no_failure_on_eight_points_at_any_attitude) {
@@ -296,5 +298,4 @@ TEST(PoseAcquisition, one_of_the_two_starts_is_near) {
   CHECK(orthographic_starts(rig, target, PoseObservations(), test::all_used(), 1, starts) == Status::invalid_argument);
 }
 
-}  // namespace
 }  // namespace relnav

@@ -70,6 +70,8 @@ PoseFilterConfig quiet() {
 
 double quadratic(const Vec6& d, const Mat6& P) { return test::mahalanobis_squared(d, P); }
 
+}  // namespace
+
 TEST_GROUP(PoseFilter) {
   PoseFilter filter;
 
@@ -297,5 +299,4 @@ TEST(PoseFilter, an_image_off_its_place_is_not_used) {
   CHECK(filter.update(rig, target, PoseObservations(), used) == Status::inconsistent);
 }
 
-}  // namespace
 }  // namespace relnav

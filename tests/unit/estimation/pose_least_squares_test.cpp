@@ -77,6 +77,8 @@ void check_untouched(const PoseEstimate& e) {
         e.degrees_of_freedom == expected.degrees_of_freedom);
 }
 
+}  // namespace
+
 TEST_GROUP(PoseLeastSquares){};
 
 TEST(PoseLeastSquares, recovers_the_pose_of_exact_images) {
@@ -653,5 +655,4 @@ TEST(PoseLeastSquares, a_step_to_the_pole_of_the_composition_is_shortened) {
   }
 }
 
-}  // namespace
 }  // namespace relnav

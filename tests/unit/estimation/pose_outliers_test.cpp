@@ -30,6 +30,8 @@ TargetModel uneven_target() {
   return test::target_of(points);
 }
 
+}  // namespace
+
 TEST_GROUP(PoseOutliers) {
   CameraRig rig = test::mono_rig(test::distorted(DistortionModel::radial_tangential));
   TargetModel target = uneven_target();
@@ -213,5 +215,4 @@ TEST(PoseOutliers, same_input_same_result_to_the_bit) {
   }
 }
 
-}  // namespace
 }  // namespace relnav

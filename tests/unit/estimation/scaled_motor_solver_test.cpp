@@ -90,6 +90,8 @@ Sweep over_all_attitudes(const CameraIntrinsics& camera, bool flat, MotorLines l
   return sweep;
 }
 
+}  // namespace
+
 TEST_GROUP(ScaledMotorSolver){};
 
 TEST(ScaledMotorSolver, every_arithmetic_agrees_over_the_papers_poses) {
@@ -189,5 +191,4 @@ TEST(ScaledMotorSolver, a_number_out_of_range_is_said) {
   LONGS_EQUAL(50, said);
 }
 
-}  // namespace
 }  // namespace relnav

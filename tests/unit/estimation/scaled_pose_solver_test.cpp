@@ -89,6 +89,8 @@ Agreement agreement_of(const Setting& s, std::uint64_t seed) {
   return a;
 }
 
+}  // namespace
+
 TEST_GROUP(ScaledPoseSolver){};
 
 /// Of the cost after a step [dt 2dg].
@@ -374,5 +376,4 @@ TEST(ScaledPoseSolver, says_what_is_missing) {
   check_refusals<FixedQ47>();
 }
 
-}  // namespace
 }  // namespace relnav

@@ -88,6 +88,8 @@ SpotScenario four_in_a_square() {
   return s;
 }
 
+}  // namespace
+
 TEST_GROUP(SpotAcquisition){};
 
 TEST(SpotAcquisition, eight_markers_without_clutter) {
@@ -320,5 +322,4 @@ TEST(SpotAcquisition, says_what_is_wrong_with_its_arguments) {
   CHECK(acquisition.acquire(rig, eight_leds(), spots, {}, {}, acquired) == Status::too_few_features);
 }
 
-}  // namespace
 }  // namespace relnav

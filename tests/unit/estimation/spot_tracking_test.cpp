@@ -27,6 +27,8 @@ LightSpot spot_at(double u, double v, double sigma_px = 0.1) {
   return s;
 }
 
+}  // namespace
+
 TEST_GROUP(SpotTracking) {
   SpotTrackingSettings settings;
   ExpectedMarkers markers;
@@ -259,5 +261,4 @@ TEST(SpotTracking, the_sigma_of_the_spot_is_carried_with_that_of_the_model) {
   LONGS_EQUAL(1, static_cast<int>(assignment.observations.size()));
 }
 
-}  // namespace
 }  // namespace relnav

@@ -82,6 +82,8 @@ double greatest(const std::array<double, StartAdjustment::hypothesis_count>& wei
   return std::max(weights[0], std::max(weights[1], weights[2]));
 }
 
+}  // namespace
+
 TEST_GROUP(StartAdjustments){};
 
 TEST(StartAdjustments, recovers_rate_and_depths_of_noise_free_tracks) {
@@ -262,5 +264,4 @@ TEST(StartAdjustments, a_prior_without_spread_has_no_result) {
   }
 }
 
-}  // namespace
 }  // namespace relnav

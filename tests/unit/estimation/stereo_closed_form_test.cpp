@@ -45,6 +45,8 @@ StereoPoints points_of(const CameraRig& rig, const TargetModel& target, const Po
   return points;
 }
 
+}  // namespace
+
 TEST_GROUP(StereoClosedForm){};
 
 TEST(StereoClosedForm, every_method_is_exact_without_noise) {
@@ -441,5 +443,4 @@ TEST(StereoClosedForm, parallel_lines_and_points_on_a_line_are_rank_deficient) {
   }
 }
 
-}  // namespace
 }  // namespace relnav

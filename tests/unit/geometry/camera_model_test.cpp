@@ -54,6 +54,7 @@ std::vector<NamedCamera> cameras() {
       {"equidistant", intrinsics(equidistant, {-0.012, 0.021, -0.0054, 0.0011})},
       {"equidistant, beyond 90 deg", intrinsics(equidistant, {-0.01, 0.003, -0.0005, 0.00001}, 300.0)},
       {"equidistant, to 160 deg", intrinsics(equidistant, {}, 230.0)},
+      {"equidistant, narrow", intrinsics(equidistant, {-0.012, 0.021, -0.0054, 0.0011}, 5000.0)},
   };
 }
 
@@ -77,16 +78,18 @@ std::vector<Vec2> image_grid(const CameraIntrinsics& k, int steps) {
   return pixels;
 }
 
-TEST_GROUP(CameraModel){// The status, and that the outputs were left alone on an error.
-                        static Status project(const CameraModel& camera, const Vec3& p_C){Vec2 uv_px(123.0, 456.0);
-Mat23 J = Mat23::Constant(7.0);
-const Status status = camera.project(p_C, uv_px, J);
-if (status != Status::ok) CHECK(uv_px == Vec2(123.0, 456.0) && J == Mat23(Mat23::Constant(7.0)));
-Vec2 again;
-CHECK(camera.project(p_C, again) == status);
-return status;
-}  // namespace
-static Status unproject(const CameraModel& camera, const Vec2& uv_px) {
+// The status, and that the outputs were left alone on an error.
+Status project(const CameraModel& camera, const Vec3& p_C) {
+  Vec2 uv_px(123.0, 456.0);
+  Mat23 J = Mat23::Constant(7.0);
+  const Status status = camera.project(p_C, uv_px, J);
+  if (status != Status::ok) CHECK(uv_px == Vec2(123.0, 456.0) && J == Mat23(Mat23::Constant(7.0)));
+  Vec2 again;
+  CHECK(camera.project(p_C, again) == status);
+  return status;
+}
+
+Status unproject(const CameraModel& camera, const Vec2& uv_px) {
   Vec3 ray_C(1.0, 2.0, 3.0);
   Mat<3, 2> J = Mat<3, 2>::Constant(7.0);
   const Status status = camera.unproject(uv_px, ray_C, J);
@@ -95,7 +98,10 @@ static Status unproject(const CameraModel& camera, const Vec2& uv_px) {
   CHECK(camera.unproject(uv_px, again) == status);
   return status;
 }
-};  // namespace relnav
+
+}  // namespace
+
+TEST_GROUP(CameraModel){};
 
 TEST(CameraModel, every_pixel_goes_out_and_comes_back) {
   for (const auto& [name, k] : cameras()) {
@@ -281,7 +287,8 @@ TEST(CameraModel, equidistant_sees_beyond_90_degrees) {
 TEST(CameraModel, only_the_direction_of_a_point_matters) {
   for (const auto& [name, k] : cameras()) {
     const CameraModel camera = made(k);
-    const Vec3 p_C(0.2, -0.1, 1.0);
+    Vec3 p_C;
+    CHECK(camera.unproject(Vec2(700.0, 250.0), p_C) == Status::ok);
     Vec2 expected_px;
     CHECK(camera.project(p_C, expected_px) == Status::ok);
     for (const double scale : {1e-99, 1e-9, 1e9, 1e200}) {
@@ -403,6 +410,7 @@ TEST(CameraModel, nan_and_infinity_are_refused) {
 TEST(CameraModel, create_refuses_what_is_not_a_camera) {
   const CameraIntrinsics good = intrinsics(DistortionModel::radial_tangential, {-0.2, 0.05, 0.0, 0.0});
   CHECK(CameraModel::create(good).has_value());
+  DOUBLES_EQUAL(good.fu, made(good).intrinsics().fu, 0.0);
   const auto refused = [&](auto change) {
     CameraIntrinsics k = good;
     change(k);
@@ -420,6 +428,7 @@ TEST(CameraModel, create_refuses_what_is_not_a_camera) {
   CHECK(refused([](auto& k) { k.width_px = 0; }));
   CHECK(refused([](auto& k) { k.height_px = -1; }));
   CHECK(refused([](auto& k) { k.width_px = 65537; }));
+  CHECK(refused([](auto& k) { k.height_px = 65537; }));
   CHECK(refused([](auto& k) { k.model = static_cast<DistortionModel>(9); }));
 }
 
@@ -444,5 +453,4 @@ TEST(CameraModel, image_reaches_half_a_pixel_beyond_the_outer_centres) {
   CHECK_FALSE(camera.in_image(Vec2(5.0, nan)));
 }
 
-}  // namespace
 }  // namespace relnav

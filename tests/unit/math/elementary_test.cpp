@@ -41,8 +41,8 @@ Real ulp(double x) {
 Real error_in_ulp(double value, Real reference) {
   const auto rounded = static_cast<double>(reference);
   if (std::isinf(rounded))
-    return std::isinf(value) && std::signbit(value) == std::signbit(rounded) ? Real{0} : Real{1e9};
-  return std::abs(static_cast<Real>(value) - reference) / ulp(rounded);
+    return std::isinf(value) && std::signbit(value) == std::signbit(rounded) ? Real{0} : Real{1e9L};
+  return std::abs(static_cast<Real>(value) - reference) / static_cast<Real>(ulp(rounded));
 }
 
 /// Largest error seen and where.
@@ -164,7 +164,7 @@ TEST(Elementary, atan_within_one_ulp) {
   sweep(worst, math::atan, atan_ref, -6.0, 6.0, dense_count);
   sweep_exponents(worst, math::atan, atan_ref, -1074, 1024, 50, true);
   for (const double edge : {0.4, 0.5, 0.75, 1.0, 1.25, 1.75, 2.5, 0x1p-28})
-    sweep_neighbours(worst, math::atan, atan_ref, edge, 1.5 * edge);
+    sweep_neighbours(worst, math::atan, atan_ref, static_cast<Real>(edge), 1.5 * edge);
   check_bound("atan", worst, 1.0);
 }
 

@@ -81,3 +81,15 @@ TEST(FixedEigen, one_overflow_makes_a_matrix_unsound) {
   B(1, 0) = 0.0 / B(0, 0);
   CHECK_FALSE(is_sound(B));
 }
+
+TEST(FixedEigen, limits_are_those_of_the_format) {
+  using Limits = Eigen::NumTraits<FixedQ29>;
+  CHECK(Limits::highest().raw() == INT32_MAX);
+  CHECK(Limits::lowest().raw() == -INT32_MAX);
+  CHECK(is_sound(Limits::highest()) && is_sound(Limits::lowest()));
+  CHECK((Limits::highest() + Limits::epsilon()).overflowed());
+  CHECK((Limits::lowest() - Limits::epsilon()).overflowed());
+  // What Eigen takes for nothing: some steps, as rounding leaves them.
+  CHECK(Limits::dummy_precision() > Limits::epsilon());
+  CHECK(Limits::dummy_precision() < FixedQ29(1e-6));
+}

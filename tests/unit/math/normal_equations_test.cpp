@@ -107,6 +107,8 @@ void check(const char* name, const Errors& e, double bound) {
   CHECK(e.cost < 16 * bound);
 }
 
+}  // namespace
+
 TEST_GROUP(SmallNormalEquations){};
 
 TEST(SmallNormalEquations, agree_with_eigen_in_double) {
@@ -277,5 +279,4 @@ TEST(SmallNormalEquations, cost_is_the_sum_of_squares_and_what_was_added) {
   CHECK(e.factorise(1e-13) == Status::rank_deficient);
 }
 
-}  // namespace
 }  // namespace relnav

@@ -39,6 +39,8 @@ void check_operations() {
   check(Pair<S>(), S(0.0), S(0.0));
 }
 
+}  // namespace
+
 TEST_GROUP(Pair){};
 
 TEST(Pair, lanes_are_what_the_scalar_gives) {
@@ -47,5 +49,4 @@ TEST(Pair, lanes_are_what_the_scalar_gives) {
   check_operations<FixedQ47>();
 }
 
-}  // namespace
 }  // namespace relnav

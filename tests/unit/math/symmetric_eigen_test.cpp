@@ -106,6 +106,8 @@ Errors over_random(int count, double smallest) {
   return worst;
 }
 
+}  // namespace
+
 TEST_GROUP(SymmetricEigen){};
 
 TEST(SymmetricEigen, agrees_with_eigen) {
@@ -149,5 +151,4 @@ TEST(SymmetricEigen, any_size_that_a_double_holds) {
   }
 }
 
-}  // namespace
 }  // namespace relnav
