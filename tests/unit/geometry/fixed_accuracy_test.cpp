@@ -359,7 +359,7 @@ constexpr const char* end_marker = "<!-- tables: end -->\n";
 TEST_GROUP(FixedAccuracy){};
 
 TEST(FixedAccuracy, every_operation_keeps_its_bound_and_the_document_says_so) {
-  const std::string path = std::string(RELNAV_SOURCE_DIR) + "/docs/fixed-point.md";
+  const std::string path = RELNAV_SOURCE_DIR "/docs/fixed-point.md";
   std::ifstream file(path);
   CHECK_TRUE(file.is_open());
   std::stringstream content;

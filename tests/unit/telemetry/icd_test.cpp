@@ -13,7 +13,7 @@ namespace {
 constexpr const char* begin_marker = "<!-- tables: made from fsw/telemetry, begin -->\n";
 constexpr const char* end_marker = "<!-- tables: end -->\n";
 
-std::string document_path() { return std::string(RELNAV_SOURCE_DIR) + "/docs/telemetry-icd.md"; }
+std::string document_path() { return RELNAV_SOURCE_DIR "/docs/telemetry-icd.md"; }
 
 }  // namespace
 
