@@ -40,7 +40,7 @@ void read_intrinsics(const YamlReader& camera, CameraIntrinsics& c) {
 std::int32_t side(const YamlReader& camera, const YAML::Node& node, const std::string& what) {
   const double value = camera.number(node, what);
   if (!(value >= 1.0 && value <= largest_side_px) || value != std::floor(value)) {
-    camera.fail(node, what + " is " + quoted(node.Scalar()), "a whole number of pixels from 1 to 65535");
+    camera.fail(node, what + " is " + in_quotes(node.Scalar()), "a whole number of pixels from 1 to 65535");
   }
   return static_cast<std::int32_t>(value);
 }
@@ -67,7 +67,7 @@ DistortionModel distortion_model(const YamlReader& camera, const YAML::Node& at)
   }
   if (name == "radial-inverse") return DistortionModel::radial_inverse;
   if (name == "equidistant" || name == "fisheye") return DistortionModel::equidistant;
-  camera.fail(at, "unknown distortion model " + quoted(name),
+  camera.fail(at, "unknown distortion model " + in_quotes(name),
               "radial-tangential (radtan, plumb_bob), radial-inverse, equidistant or none");
 }
 
@@ -144,7 +144,7 @@ CameraCalibration read_camera_file(const std::string& path, int index) {
   const YAML::Node model =
       ros_or_opencv ? camera.find({"camera_model"}) : camera.require({"camera_model"}, "camera_model: pinhole");
   if (model && !(model.IsScalar() && model.Scalar() == "pinhole")) {
-    camera.fail(model, "camera model " + quoted(model.IsScalar() ? model.Scalar() : "?"), "pinhole");
+    camera.fail(model, "camera model " + in_quotes(model.IsScalar() ? model.Scalar() : "?"), "pinhole");
   }
   read_intrinsics(camera, c.intrinsics);
   read_resolution(camera, c.intrinsics);

@@ -18,14 +18,14 @@ TimedCovariance parse_row(const std::string& path, int line, std::string_view te
   }
   TimedCovariance row;
   const auto ns = parse_int64(parts[0]);
-  if (!ns) throw InputError(path, line, "time " + quoted(parts[0]), "integer nanoseconds");
+  if (!ns) throw InputError(path, line, "time " + in_quotes(parts[0]), "integer nanoseconds");
   row.time.ns = *ns;
   std::size_t k = 1;
   for (int i = 0; i < 6; ++i) {
     for (int j = i; j < 6; ++j, ++k) {
       const auto value = parse_double(parts[k]);
       if (!value || !std::isfinite(*value))
-        throw InputError(path, line, "value " + quoted(parts[k]), "a finite number");
+        throw InputError(path, line, "value " + in_quotes(parts[k]), "a finite number");
       row.P(i, j) = row.P(j, i) = *value;
     }
   }
@@ -44,7 +44,7 @@ std::vector<TimedCovariance> read_covariances(const std::string& path) {
     if (text.empty() || text.front() == '#') continue;
     if (!header_seen) {
       if (text.substr(0, 4) != "t_ns")
-        throw InputError(path, number, quoted(text), "the header line t_ns,c00,c01,...,c55");
+        throw InputError(path, number, in_quotes(text), "the header line t_ns,c00,c01,...,c55");
       header_seen = true;
       continue;
     }

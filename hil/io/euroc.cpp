@@ -23,7 +23,7 @@ std::vector<ImageEntry> read_image_list(const std::string& camera_folder) {
     }
     const auto ns = parse_int64(parts[0]);
     if (!ns || *ns < 0)
-      throw InputError(list, number, "timestamp " + quoted(parts[0]), "non-negative integer nanoseconds");
+      throw InputError(list, number, "timestamp " + in_quotes(parts[0]), "non-negative integer nanoseconds");
     if (parts[1].empty()) throw InputError(list, number, "empty file name", "the name of an image in data/");
     entries.push_back({Time{*ns}, (folder / "data" / std::string(parts[1])).string(), number});
   }

@@ -24,13 +24,14 @@ class Layout {
     for (std::size_t i = 0; i < names.size(); ++i) {
       std::size_t column = 0;
       while (column < column_count && column_names[column] != names[i]) ++column;
-      if (column == column_count) throw InputError(path, line, quoted(names[i]) + " is no column", header_expectation);
-      if (place_[column]) throw InputError(path, line, "column " + quoted(names[i]) + " twice", header_expectation);
+      if (column == column_count)
+        throw InputError(path, line, in_quotes(names[i]) + " is no column", header_expectation);
+      if (place_[column]) throw InputError(path, line, "column " + in_quotes(names[i]) + " twice", header_expectation);
       place_[column] = i;
     }
     for (std::size_t column = 0; column < sigma; ++column) {
       if (!place_[column])
-        throw InputError(path, line, "no column " + quoted(column_names[column]), header_expectation);
+        throw InputError(path, line, "no column " + in_quotes(column_names[column]), header_expectation);
     }
     size_ = names.size();
   }
@@ -66,7 +67,7 @@ class Fields {
     return *value;
   }
   [[noreturn]] void fail(Column column, const std::string& expectation) const {
-    throw InputError(path_, line_, std::string(column_names[column]) + " is " + quoted(text(column)), expectation);
+    throw InputError(path_, line_, std::string(column_names[column]) + " is " + in_quotes(text(column)), expectation);
   }
 
  private:

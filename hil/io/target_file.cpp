@@ -31,13 +31,13 @@ double metres_per_unit(const YamlReader& file) {
   const std::string unit = at.IsScalar() ? at.Scalar() : "";
   if (unit == "m") return 1.0;
   if (unit == "mm") return 1e-3;
-  file.fail(at, "unit " + quoted(unit), "m or mm");
+  file.fail(at, "unit " + in_quotes(unit), "m or mm");
 }
 
 std::uint16_t id_of(const YamlReader& file, const YAML::Node& at) {
   const auto value = at.IsScalar() ? parse_int64(at.Scalar()) : std::nullopt;
   if (!value || *value < 0 || *value > UINT16_MAX)
-    file.fail(at, "id " + (at.IsScalar() ? quoted(at.Scalar()) : "that is no single value"),
+    file.fail(at, "id " + (at.IsScalar() ? in_quotes(at.Scalar()) : "that is no single value"),
               "a whole number from 0 to 65535");
   return static_cast<std::uint16_t>(*value);
 }
@@ -108,14 +108,14 @@ void read_lines_of(const YamlReader& file, const Ids& ids, TargetModel& target) 
   if (!list.IsSequence()) file.fail(list, "lines is not a list", expectation);
   const auto position_of = [&](const YAML::Node& at) {
     const auto known = ids.find(id_of(file, at));
-    if (known == ids.end()) file.fail(at, "a line to unknown id " + quoted(at.Scalar()), "ids of two features");
+    if (known == ids.end()) file.fail(at, "a line to unknown id " + in_quotes(at.Scalar()), "ids of two features");
     return known->second.position;
   };
   for (const auto& item : list) {
     if (!item.IsSequence() || item.size() != 2) file.fail(item, "a line that is no pair", expectation);
     const TargetLine line{position_of(item[0]), position_of(item[1])};
     if (line.from == line.to)
-      file.fail(item, "a line from " + quoted(item[0].Scalar()) + " to itself", "ids of two features");
+      file.fail(item, "a line from " + in_quotes(item[0].Scalar()) + " to itself", "ids of two features");
     if (target.lines.push_back(line) != Status::ok)
       file.fail(item, "too many lines", "at most " + std::to_string(config::max_target_lines));
   }

@@ -146,7 +146,7 @@ std::vector<std::string> read_lines(const std::string& path) {
   return lines;
 }
 
-std::string quoted(std::string_view text) {
+std::string in_quotes(std::string_view text) {
   constexpr std::size_t longest = 40;
   std::string shown = "'";
   for (const char c : text.substr(0, longest)) shown.push_back(c >= ' ' && c <= '~' ? c : '?');

@@ -29,6 +29,6 @@ namespace relnav::hil {
 /// The whole file; throws InputError when it cannot be read.
 [[nodiscard]] std::string read_text(const std::string& path);
 /// Shortens a piece of bad input for a message and makes it printable.
-[[nodiscard]] std::string quoted(std::string_view text);
+[[nodiscard]] std::string in_quotes(std::string_view text);
 
 }  // namespace relnav::hil

@@ -16,12 +16,12 @@ TimedPose parse_pose(const std::string& path, int line, std::string_view text) {
     throw InputError(path, line, std::to_string(words.size()) + " values", "8 numbers: t tx ty tz qx qy qz qw");
   }
   const auto ns = parse_seconds_to_ns(words[0]);
-  if (!ns) throw InputError(path, line, "time " + quoted(words[0]), "decimal seconds");
+  if (!ns) throw InputError(path, line, "time " + in_quotes(words[0]), "decimal seconds");
   std::array<double, 7> value{};
   for (std::size_t i = 0; i < value.size(); ++i) {
     const auto number = parse_double(words[i + 1]);
     if (!number || !std::isfinite(*number)) {
-      throw InputError(path, line, "value " + quoted(words[i + 1]), "a finite number");
+      throw InputError(path, line, "value " + in_quotes(words[i + 1]), "a finite number");
     }
     value[i] = *number;
   }

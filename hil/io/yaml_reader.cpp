@@ -55,7 +55,7 @@ double YamlReader::number(const YAML::Node& node, const std::string& what) const
   if (value && std::isfinite(*value)) return *value;
   const bool not_finite = value.has_value() || text == ".nan" || text == ".NaN" || text == ".Nan" || text == ".NAN" ||
                           text.find(".inf") != text.npos || text.find(".Inf") != text.npos;
-  fail(node, what + " is " + quoted(node.Scalar()) + (not_finite ? ", not finite" : ""), "a finite number");
+  fail(node, what + " is " + in_quotes(node.Scalar()) + (not_finite ? ", not finite" : ""), "a finite number");
 }
 
 std::vector<double> YamlReader::numbers(const YAML::Node& node, const std::string& what) const {

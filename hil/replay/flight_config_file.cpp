@@ -183,13 +183,13 @@ void read_section(const std::string& path, const std::string& name, const YAML::
     const std::string key = entry.first.Scalar();
     const auto setter = keys.find(key);
     if (setter == keys.end())
-      throw InputError(path, line_of(entry.first), "unknown key " + quoted(name + "." + key),
+      throw InputError(path, line_of(entry.first), "unknown key " + in_quotes(name + "." + key),
                        "one of " + names_of(keys));
     const std::string expected = entry.second.IsScalar() ? setter->second(entry.second.Scalar()) : "a single value";
     if (!expected.empty()) {
       throw InputError(
           path, line_of(entry.first),
-          name + "." + key + " is " + quoted(entry.second.IsScalar() ? entry.second.Scalar() : "a list or map"),
+          name + "." + key + " is " + in_quotes(entry.second.IsScalar() ? entry.second.Scalar() : "a list or map"),
           expected);
     }
     lines[name + "." + key] = line_of(entry.first);
@@ -233,7 +233,8 @@ void read_flight_config(const std::string& path, app::FlightLoopConfig& config) 
     const std::string name = entry.first.Scalar();
     const auto section = sections.find(name);
     if (section == sections.end())
-      throw InputError(path, line_of(entry.first), "unknown section " + quoted(name), "one of " + names_of(sections));
+      throw InputError(path, line_of(entry.first), "unknown section " + in_quotes(name),
+                       "one of " + names_of(sections));
     read_section(path, name, entry.second, section->second, lines);
   }
   check_together(path, config, lines);

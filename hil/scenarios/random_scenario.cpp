@@ -8,7 +8,7 @@ namespace relnav::hil {
 namespace {
 
 constexpr double cube_edge_m = 2.0;
-constexpr double border_px = 10.0;
+constexpr double image_border_px = 10.0;
 
 Mat3 even_rotation(Gaussian& random) {
   for (;;) {
@@ -49,7 +49,7 @@ Scenario random_scenario(RandomTarget target, const ScenarioOptions& options) {
     TimedPose pose{Time{static_cast<std::int64_t>(i) * 1'000'000'000}, Vec3::Zero(), Mat3::Identity()};
     pose.R_CT = i % 4 == 3 ? half_turn(poses) : even_rotation(poses);
     pose.t_CT = position(poses);
-    if (!recorder.all_in_image(pose, border_px)) continue;
+    if (!recorder.all_in_image(pose, image_border_px)) continue;
     recorder.add(pose, target == RandomTarget::cube ? visible_cube_vertices(cube_edge_m, pose) : all, options.sigma_px);
   }
   return scenario;

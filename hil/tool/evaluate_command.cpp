@@ -10,7 +10,7 @@
 namespace relnav::hil {
 namespace {
 
-struct Options {
+struct EvaluateOptions {
   std::string truth;
   std::string estimate;
   std::string covariance;
@@ -18,7 +18,7 @@ struct Options {
   AlignMode align = AlignMode::none;
 };
 
-int run(const Options& options) {
+int run(const EvaluateOptions& options) {
   const Trajectory truth = read_trajectory(options.truth);
   const Trajectory estimate = read_trajectory(options.estimate);
   std::vector<TimedCovariance> covariances;
@@ -45,7 +45,7 @@ int run(const Options& options) {
 }  // namespace
 
 void add_evaluate_command(CLI::App& app, int& exit_status) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<EvaluateOptions>();
   CLI::App* command = app.add_subcommand("evaluate", "Compare a trajectory with the truth");
   command->add_option("--truth", options->truth, "TUM file, poses T_CT of the truth")->required();
   command->add_option("--estimate", options->estimate, "TUM file, poses T_CT to judge")->required();

@@ -10,12 +10,12 @@
 namespace relnav::hil {
 namespace {
 
-struct Options {
+struct PackOptions {
   FlightOptions flight;
   std::string out;
 };
 
-int run(const Options& o) {
+int run(const PackOptions& o) {
   const FlightInput input = read_flight_input(o.flight);
   const app::FlightLoopConfig config = flight_config_of(input.setup);
   std::error_code error;
@@ -34,7 +34,7 @@ int run(const Options& o) {
 }  // namespace
 
 void add_pack_command(CLI::App& app, int& exit_status) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<PackOptions>();
   CLI::App* command = app.add_subcommand("pack", "Captured frames and configuration for a target without files");
   add_flight_options(*command, o->flight);
   command->add_option("--out", o->out, "Folder for setup.bin and frames*.rnc; existing ones are replaced")->required();

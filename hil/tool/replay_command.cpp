@@ -20,7 +20,7 @@
 namespace relnav::hil {
 namespace {
 
-struct Options {
+struct ReplayOptions {
   FlightOptions flight;
   std::string out;
   std::string tlm;
@@ -28,7 +28,7 @@ struct Options {
   bool force = false;
 };
 
-RunDescription description_of(const Options& o, const FlightSetup& setup, std::size_t frames) {
+RunDescription description_of(const ReplayOptions& o, const FlightSetup& setup, std::size_t frames) {
   RunDescription d;
   d.dataset = o.flight.dataset;
   d.mode = o.flight.mode;
@@ -43,7 +43,7 @@ RunDescription description_of(const Options& o, const FlightSetup& setup, std::s
   return d;
 }
 
-void write_results(const Options& o, const RunDescription& description, const ReplayOutcome& outcome,
+void write_results(const ReplayOptions& o, const RunDescription& description, const ReplayOutcome& outcome,
                    const RunHistory& history, const Trajectory& truth) {
   const auto evaluation = evaluate_run(history, truth, o.flight.mode == "noncoop" ? AlignMode::start : AlignMode::none);
   const Evaluation* judged = evaluation ? &*evaluation : nullptr;
@@ -51,7 +51,7 @@ void write_results(const Options& o, const RunDescription& description, const Re
   OutputFile(o.out + "/report.html").write(report_html(description, outcome, history, judged, &truth));
 }
 
-int run(const Options& o) {
+int run(const ReplayOptions& o) {
   // All input is looked at before the output folder is touched.
   if (!o.tlm.empty()) static_cast<void>(parse_udp_url(o.tlm));
   FlightInput input = read_flight_input(o.flight);
@@ -106,7 +106,7 @@ int run(const Options& o) {
 }  // namespace
 
 void add_replay_command(CLI::App& app, int& exit_status) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<ReplayOptions>();
   CLI::App* command = app.add_subcommand("replay", "The flight loop over captured frames");
   add_flight_options(*command, o->flight);
   command->add_option("--out", o->out, "Folder for the results")->required();

@@ -40,7 +40,7 @@ std::map<std::string, Kind> kinds() {
   };
 }
 
-struct Options {
+struct ScenarioCommandOptions {
   std::string out;
   ScenarioOptions scenario;
   bool force = false;
@@ -56,7 +56,7 @@ CLI::Validator noise() {
       "PX");
 }
 
-int run(const Options& o, const Kind& kind) {
+int run(const ScenarioCommandOptions& o, const Kind& kind) {
   const Scenario scenario = kind.make(o.scenario);
   prepare_run_folder(o.out, o.force);
   write_scenario(scenario, o.out);
@@ -72,7 +72,7 @@ void add_scenario_command(CLI::App& app, int& exit_status) {
   CLI::App* command = app.add_subcommand("scenario", "Input with known truth for relnav solve, after the papers");
   command->require_subcommand(1);
   for (const auto& [name, kind] : kinds()) {
-    const auto o = std::make_shared<Options>();
+    const auto o = std::make_shared<ScenarioCommandOptions>();
     o->scenario.sigma_px = kind.sigma_px;
     CLI::App* one = command->add_subcommand(name, kind.description);
     one->add_option("--out", o->out, "Folder for cam0.yaml (cam1.yaml), target.yaml, observations.csv and truth.tum")

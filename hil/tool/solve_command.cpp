@@ -29,7 +29,7 @@ CLI::Validator positive_px() {
       "PX");
 }
 
-struct Options {
+struct SolveOptions {
   std::string mode;
   std::vector<std::string> cameras;
   std::string target;
@@ -43,12 +43,12 @@ struct Options {
   bool force = false;
 };
 
-std::string method_of(const Options& o) {
+std::string method_of(const SolveOptions& o) {
   if (!o.method.empty()) return o.method;
   return o.mode == "coop-stereo" ? "ml" : "rodrigues";
 }
 
-SolveSetup setup_of(const Options& o) {
+SolveSetup setup_of(const SolveOptions& o) {
   const bool stereo = o.mode == "coop-stereo";
   const std::size_t needed = stereo ? 2 : 1;
   if (o.cameras.size() != needed)
@@ -74,7 +74,7 @@ SolveSetup setup_of(const Options& o) {
   return setup;
 }
 
-int run(const Options& o) {
+int run(const SolveOptions& o) {
   namespace fs = std::filesystem;
   // All input is looked at before the output folder is touched.
   const SolveSetup setup = setup_of(o);
@@ -124,7 +124,7 @@ int run(const Options& o) {
 }  // namespace
 
 void add_solve_command(CLI::App& app, int& exit_status) {
-  const auto o = std::make_shared<Options>();
+  const auto o = std::make_shared<SolveOptions>();
   CLI::App* command = app.add_subcommand("solve", "Poses of a cooperative target from feature observations");
   command->add_option("--mode", o->mode, "One or two cameras")
       ->required()

@@ -11,7 +11,7 @@
 namespace relnav::hil {
 namespace {
 
-struct Options {
+struct TlmOptions {
   std::string source;
   bool json = false;
 };
@@ -21,7 +21,7 @@ void print(std::span<const std::uint8_t> packet, bool json) {
   std::puts((json ? packet_json(packet, config) : packet_text(packet, config)).c_str());
 }
 
-int decode_file(const Options& options) {
+int decode_file(const TlmOptions& options) {
   const std::string text = read_text(options.source);
   const std::span<const std::uint8_t> bytes(reinterpret_cast<const std::uint8_t*>(text.data()), text.size());
   std::size_t at = 0;
@@ -44,7 +44,7 @@ int decode_file(const Options& options) {
   return exit_done;
 }
 
-int decode_udp(const Options& options) {
+int decode_udp(const TlmOptions& options) {
   UdpReceiver receiver(options.source);
   catch_interrupts();
   constexpr int wait_ms = 200;
@@ -60,7 +60,7 @@ int decode_udp(const Options& options) {
 }  // namespace
 
 void add_tlm_command(CLI::App& app, int& exit_status) {
-  const auto options = std::make_shared<Options>();
+  const auto options = std::make_shared<TlmOptions>();
   CLI::App* tlm = app.add_subcommand("tlm", "Telemetry packets");
   tlm->require_subcommand(1);
   CLI::App* decode = tlm->add_subcommand("decode", "Packets to text, one line each; from UDP until interrupted");

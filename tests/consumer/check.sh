@@ -7,9 +7,11 @@ here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 rm -rf "$work"
 
 cmake --install "$build" --prefix "$work/prefix" >/dev/null
-toolchain=$(sed -n 's/^CMAKE_TOOLCHAIN_FILE:[A-Z]*=//p' "$build/CMakeCache.txt")
+cached() { sed -n "s/^$1:[A-Z]*=//p" "$build/CMakeCache.txt"; }
+toolchain=$(cached CMAKE_TOOLCHAIN_FILE)
+sysroot=$(cached RELNAV_SYSROOT)
 cmake -S "$here" -B "$work/find_package" -G Ninja -DCMAKE_BUILD_TYPE=Release -DCMAKE_CXX_COMPILER="$compiler" \
-  ${toolchain:+--toolchain "$toolchain"} -Drelnav_DIR="$work/prefix/lib/cmake/relnav"
+  ${toolchain:+--toolchain "$toolchain"} ${sysroot:+-DRELNAV_SYSROOT="$sysroot"} -Drelnav_DIR="$work/prefix/lib/cmake/relnav"
 cmake --build "$work/find_package"
 $emulator "$work/find_package/consumer"
 

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include "fsw/vision/image_view.hpp"
@@ -43,16 +44,16 @@ class LampScene {
     }
     const int rings = lamp.radius > 0.0 ? static_cast<int>(std::ceil(lamp.radius / 0.2)) : 0;
     if (rings == 0) {
-      add_point(lamp.u, lamp.v, lamp.amplitude * 2.0 * M_PI * lamp_psf_px * lamp_psf_px);
+      add_point(lamp.u, lamp.v, lamp.amplitude * 2.0 * std::numbers::pi * lamp_psf_px * lamp_psf_px);
       return;
     }
     const double step_px = lamp.radius / rings;
     for (int i = 0; i < rings; ++i) {
       const double r = (i + 0.5) * step_px;
       const int parts = 6 * (2 * i + 1);
-      const double flux = lamp.amplitude * 2.0 * M_PI * r * step_px / parts;
+      const double flux = lamp.amplitude * 2.0 * std::numbers::pi * r * step_px / parts;
       for (int k = 0; k < parts; ++k) {
-        const double angle = 2.0 * M_PI * (k + 0.3) / parts;
+        const double angle = 2.0 * std::numbers::pi * (k + 0.3) / parts;
         add_point(lamp.u + r * std::cos(angle), lamp.v + r * std::sin(angle), flux);
       }
     }

@@ -2,6 +2,7 @@
 // among glints that come and go; the model says nothing of faces.
 #include <cmath>
 #include <memory>
+#include <numbers>
 
 #include "fsw/app/coop_navigator.hpp"
 #include "platform/host/scripted_clock.hpp"
@@ -100,7 +101,7 @@ TEST_GROUP(CoopHalfTurn) {
   std::unique_ptr<app::StepReport> report = std::make_unique<app::StepReport>();
 
   void fly(double rate_deg_s, double exposure_s) {
-    HalfTurn scene(rate_deg_s * M_PI / 180.0, exposure_s);
+    HalfTurn scene(rate_deg_s * std::numbers::pi / 180.0, exposure_s);
     app::CoopNavigatorConfig config;
     config.target = scene.told();
     config.expected_cone_rad = 0.0;
@@ -133,7 +134,7 @@ TEST_GROUP(CoopHalfTurn) {
       ++poses;
     }
     const double position = std::sqrt(position2 / poses);
-    const double attitude_deg = std::sqrt(attitude2 / poses) * 180.0 / M_PI;
+    const double attitude_deg = std::sqrt(attitude2 / poses) * 180.0 / std::numbers::pi;
     std::printf(
         "    %.0f deg/s, %.0f ms: %d poses, %.1f lights hidden, position %.3f %% of range, attitude %.3f deg, NEES "
         "%.1f, at most %.0f\n",

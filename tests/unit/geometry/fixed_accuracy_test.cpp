@@ -1,6 +1,5 @@
 // What the operations and functions of the fixed-point path err by, and that docs/fixed-point.md says so.
-// RELNAV_UPDATE_FIXED_POINT=1 in the environment rewrites its tables. Needs integers of 128 bits for what is exact.
-#ifdef __SIZEOF_INT128__
+// RELNAV_UPDATE_FIXED_POINT=1 in the environment rewrites its tables.
 #include <algorithm>
 #include <array>
 #include <cmath>
@@ -17,15 +16,16 @@
 #include "fsw/math/elementary.hpp"
 #include "fsw/math/scalar.hpp"
 #include "tests/support/generated_document.hpp"
+#include "tests/support/wide.hpp"
 
 #include <CppUTest/TestHarness.h>
 
 using namespace relnav;
+using test::Wide;
 
 namespace {
 
 constexpr std::uint64_t seed = 662607;
-__extension__ using Wide = __int128;
 
 std::string text_of(int digits, double value) {
   char text[40];
@@ -84,7 +84,7 @@ class Operations {
   }
 
  private:
-  static Wide magnitude(Raw raw) { return raw < 0 ? -static_cast<Wide>(raw) : static_cast<Wide>(raw); }
+  static Wide magnitude(Raw raw) { return raw < 0 ? -Wide(raw) : Wide(raw); }
   static std::string name(const char* what, Raw raw) {
     return std::string(what) + " = " + text_of(17, std::ldexp(static_cast<double>(raw), -Bits));
   }
@@ -113,10 +113,10 @@ class Operations {
     const F y = F::from_raw(b);
     const auto difference = [](Wide p, Wide q) { return static_cast<double>(p < q ? q - p : p - q); };
     if (!(x + y).overflowed()) {
-      sum_.see(difference(static_cast<Wide>(a) + b, (x + y).raw()), [&] { return names(a, b); });
+      sum_.see(difference(Wide(a) + b, (x + y).raw()), [&] { return names(a, b); });
     }
     if (!(x - y).overflowed()) {
-      sum_.see(difference(static_cast<Wide>(a) - b, (x - y).raw()), [&] { return names(a, b); });
+      sum_.see(difference(Wide(a) - b, (x - y).raw()), [&] { return names(a, b); });
     }
     const F p = x * y;
     if (!p.overflowed()) {
@@ -133,14 +133,14 @@ class Operations {
   void alone(Raw a) {
     if (a >= 0) {
       const Wide r = sqrt(F::from_raw(a)).raw();
-      const Wide square = static_cast<Wide>(a) << Bits;
+      const Wide square = Wide(a) << Bits;
       const double off = static_cast<double>(square < r * r ? r * r - square : square - r * r);
       const double sum = std::sqrt(static_cast<double>(square)) + static_cast<double>(r);
       if (sum > 0.0) root_.see(off / sum, [&] { return name("a", a); });
     }
     if (a != 0) {
-      const Wide back = static_cast<Wide>(std::ldexp(static_cast<double>(F::from_raw(a)), Bits));
-      const Wide off = back < a ? a - back : back - a;
+      const Wide back = Wide::from_double(std::ldexp(static_cast<double>(F::from_raw(a)), Bits));
+      const Wide off = back < a ? Wide(a) - back : back - a;
       to_double_.see(std::ldexp(static_cast<double>(off) / static_cast<double>(magnitude(a)), 53),
                      [&] { return name("a", a); });
     }
@@ -161,7 +161,7 @@ class Operations {
     if (x.overflowed()) return;
     constexpr int up = std::max(Bits - OtherBits, 0);
     constexpr int down = std::max(OtherBits - Bits, 0);
-    const Wide off = (static_cast<Wide>(raw) * (Wide{1} << up)) - (static_cast<Wide>(x.raw()) * (Wide{1} << down));
+    const Wide off = (Wide(raw) << up) - (Wide(x.raw()) << down);
     worst.see(std::ldexp(static_cast<double>(off < 0 ? -off : off), -down),
               [&] { return text_of(17, std::ldexp(static_cast<double>(raw), -OtherBits)); });
   }
@@ -370,4 +370,3 @@ TEST(FixedAccuracy, every_operation_keeps_its_bound_and_the_document_says_so) {
                         "<!-- tables: made by tests/unit/geometry/fixed_accuracy_test.cpp, begin -->\n",
                         "<!-- tables: end -->\n", made + "\n", "RELNAV_UPDATE_FIXED_POINT");
 }
-#endif

@@ -25,7 +25,7 @@ struct Golden {
 };
 
 Golden load(const std::string& name) {
-  std::ifstream file(std::string(RELNAV_SOURCE_DIR) + "/tests/unit/telemetry/golden/" + name + ".txt");
+  std::ifstream file(std::string(RELNAV_SOURCE_DIR "/tests/unit/telemetry/golden/") + name + ".txt");
   CHECK_TRUE(file.is_open());
   Golden golden;
   std::string line;

@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <memory>
+#include <numbers>
 #include <vector>
 
 #include "tests/support/lamp_scene.hpp"
@@ -116,7 +117,7 @@ TEST(LightSpotFinder, SpotsBlurredByMotionKeepTheirMiddle) {
         constexpr int count = 12;
         double squares = 0.0;
         for (int i = 0; i < count; ++i) {
-          const double angle = M_PI * phase.uniform();
+          const double angle = std::numbers::pi * phase.uniform();
           const Lamp lamp{31.0 + phase.uniform(),    32.0 + phase.uniform(),   radius, amplitude,
                           path_px * std::cos(angle), path_px * std::sin(angle)};
           Scene scene(64, 64, 3.0);
@@ -170,7 +171,7 @@ TEST(LightSpotFinder, SaturationAndNeighboursIncreaseSigma) {
 TEST(LightSpotFinder, NeighbouringGlintPullsLittle) {
   for (const double amplitude : {200.0, 800.0}) {
     for (int i = 0; i < 24; ++i) {
-      const double angle = 2.0 * M_PI * i / 24.0;
+      const double angle = 2.0 * std::numbers::pi * i / 24.0;
       Scene scene(64, 64, 3.0);
       scene.add({31.3, 31.8, 1.5, amplitude});
       scene.add({31.3 + 6.0 * std::cos(angle), 31.8 + 6.0 * std::sin(angle), 0.0, 150.0});
@@ -297,7 +298,8 @@ TEST(LightSpotFinder, GateLeavesOutWhatHasTheWrongShape) {
     for (int u = 20; u < 60; ++u) scene.at(u, v) = 200.0;  // too large
   }
   for (int k = 0; k < 40; ++k) {  // a ring
-    scene.add({120.0 + 6.0 * std::cos(0.05 * M_PI * k), 50.0 + 6.0 * std::sin(0.05 * M_PI * k), 0.0, 90.0});
+    scene.add({120.0 + 6.0 * std::cos(0.05 * std::numbers::pi * k), 50.0 + 6.0 * std::sin(0.05 * std::numbers::pi * k),
+               0.0, 90.0});
   }
   scene.at(160, 20) = 250.0;  // a hot pixel
   scene.add({160.3, 70.2, 1.5, 200.0});

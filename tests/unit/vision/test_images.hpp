@@ -3,6 +3,7 @@
 #include <array>
 #include <cmath>
 #include <cstdint>
+#include <numbers>
 #include <vector>
 
 #include "fsw/base/generator.hpp"
@@ -79,9 +80,10 @@ class Texture {
   explicit Texture(std::uint64_t seed) {
     Generator generator(seed);
     for (Wave& wave : waves_) {
-      const double frequency = 2.0 * M_PI * (0.03 + 0.15 * generator.uniform());
-      const double direction = 2.0 * M_PI * generator.uniform();
-      wave = {frequency * std::cos(direction), frequency * std::sin(direction), 2.0 * M_PI * generator.uniform()};
+      const double frequency = 2.0 * std::numbers::pi * (0.03 + 0.15 * generator.uniform());
+      const double direction = 2.0 * std::numbers::pi * generator.uniform();
+      wave = {frequency * std::cos(direction), frequency * std::sin(direction),
+              2.0 * std::numbers::pi * generator.uniform()};
     }
   }
   [[nodiscard]] double operator()(double u, double v) const {
