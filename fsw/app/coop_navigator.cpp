@@ -19,8 +19,9 @@ constexpr double image_border_px = 2.0;
 /// Frames in which the spots of one are searched before those of a later one take their place: what is found has to be met
 /// again, and nothing is known of its motion yet.
 constexpr int frames_searched = 4;
-/// What finding the spots of a whole picture takes, in three-point problems.
-constexpr int work_of_a_picture = 1300;
+/// What finding the spots of a whole picture takes, and more for each of them, in three-point problems.
+constexpr int work_of_a_picture = 700;
+constexpr int work_of_a_spot = 22;
 /// Windows overlap, and what lies in several is looked at several times.
 constexpr int much_of_the_image = 12;
 
@@ -107,7 +108,10 @@ Status CoopNavigator::process(std::span<const CameraImage> images, Time time, St
 }
 
 Status CoopNavigator::acquire(std::span<const CameraImage> images, Time time, StepReport& report) {
-  if (search_ == Search::found) return start(images, time, report);
+  if (search_ == Search::found) {
+    begin_filter();
+    return track(images, time, report);
+  }
   const bool goes_on = search_ == Search::running && (searches_left_ > 0 || acquisition_.is_weighing());
   const Status status = goes_on ? search(config_.search.max_hypotheses, report) : look(images, time, report);
   report.matched = 0;
@@ -129,8 +133,14 @@ Status CoopNavigator::look(std::span<const CameraImage> images, Time time, StepR
   searches_left_ = frames_searched;
   looked_at_ = time;
   report.times.detect_ns += timer.lap();
-  const int budget = config_.search.max_hypotheses - work_of_a_picture * static_cast<int>(images.size());
-  return budget > 0 ? search(budget, report) : Status::unfinished;
+  int budget = config_.search.max_hypotheses;
+  for (std::size_t c = 0; c < images.size(); ++c) {
+    if (std::holds_alternative<std::monostate>(images[c])) continue;
+    budget -= work_of_a_picture + work_of_a_spot * static_cast<int>(spots_[c].size());
+  }
+  if (budget <= 0) return Status::unfinished;
+  const Status status = search(budget, report);
+  return search_ == Search::found ? start(time, report) : status;
 }
 
 Status CoopNavigator::search(int budget, StepReport& report) {
@@ -162,11 +172,33 @@ Status CoopNavigator::search(int budget, StepReport& report) {
   return Status::unfinished;
 }
 
-Status CoopNavigator::start(std::span<const CameraImage> images, Time time, StepReport& report) {
+void CoopNavigator::begin_filter() {
   restart_search();
   filter_.start(looked_at_, acquired_.best.estimate);
   sights_.begin(acquired_.best.observations);
-  return track(images, time, report);
+}
+
+Status CoopNavigator::start(Time time, StepReport& report) {
+  begin_filter();
+  solution_.estimate = acquired_.best.estimate;
+  solution_.used.fill(true);
+  // As tracking sees it, for the report.
+  markers_.clear();
+  assignment_.observations = acquired_.best.observations;
+  assignment_.marker.clear();
+  for (std::size_t i = 0; i < assignment_.observations.size(); ++i) {
+    const PoseObservation& o = assignment_.observations[i];
+    ExpectedMarker m;
+    m.feature = o.feature;
+    m.camera = o.camera;
+    m.uv_px = o.uv_px;
+    if (markers_.push_back(m) != Status::ok ||
+        assignment_.marker.push_back(static_cast<std::uint16_t>(i)) != Status::ok) {
+      break;
+    }
+  }
+  take(time, report);
+  return Status::ok;
 }
 
 Status CoopNavigator::look_for_expected(std::span<const CameraImage> images, const Pose& pose, const Mat6& covariance,

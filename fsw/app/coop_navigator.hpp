@@ -57,12 +57,14 @@ class CoopNavigator final : public Navigator {
   /// Spots of one camera, in `windows`; anywhere if there are none or they cover so much that it takes less.
   Status find_spots(const CameraImage& image, std::span<const vision::PixelRegion> windows, LightSpots& spots,
                     StepReport& report);
-  /// Not started: a frame to look at, some in which what was seen is searched, one in which what was found is met again: the
-  /// work of each is bounded, `budget` is in three-point problems.
+  /// Not started: looks at a frame and searches what was seen, for some frames more if need be, until what was found is met
+  /// again in the next one. The work of each is bounded, `budget` is in three-point problems.
   Status acquire(std::span<const CameraImage> images, Time time, StepReport& report);
   Status look(std::span<const CameraImage> images, Time time, StepReport& report);
   Status search(int budget, StepReport& report);
-  Status start(std::span<const CameraImage> images, Time time, StepReport& report);
+  /// With what was found in the same frame.
+  Status start(Time time, StepReport& report);
+  void begin_filter();
   void restart_search();
   Status track(std::span<const CameraImage> images, Time time, StepReport& report);
   /// Spots where markers are expected.

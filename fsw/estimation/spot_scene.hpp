@@ -10,7 +10,7 @@ namespace relnav {
 using RigSpots = std::array<LightSpots, config::max_cameras>;
 
 struct SpotSearchSettings {
-  int max_hypotheses = 2400;            ///< work of a call, in three-point problems
+  int max_hypotheses = 2600;            ///< work of a call, in three-point problems
   double gate_px = 5.0;                 ///< around a marker predicted from three spots
   double gate_sigma = 4.0;              ///< around a marker predicted from all of them
   double model_sigma_px = 0.2;          ///< 1 sigma of what the spots' own sigma leaves out; added in square

@@ -117,7 +117,7 @@ TEST_GROUP(CoopHalfTurn) {
       *report = app::StepReport();
       const Status status = navigator->process(images, Time{static_cast<std::int64_t>(time_s * 1e9)}, *report);
       if (!navigator->has_started()) {
-        CHECK(k < 2);  // in the third frame at the latest
+        CHECK(k < 8);  // 3360 ways in which three spots can be three of 16 markers, some frames for each
         continue;
       }
       CHECK(status == Status::ok);
