@@ -20,15 +20,17 @@ constexpr double image_border_px = 2.0;
 /// again, and nothing is known of its motion yet.
 constexpr int frames_searched = 4;
 /// What finding the spots of a whole picture takes, and more for each of them, in three-point problems.
-constexpr int work_of_a_picture = 700;
+constexpr int work_of_a_picture = 1000;
 constexpr int work_of_a_spot = 22;
-/// Windows overlap, and what lies in several is looked at several times.
-constexpr int much_of_the_image = 12;
+/// Mean size of the windows, of six at least, from which on the whole picture takes less: they overlap, and what is found in them is
+/// fitted more closely.
+constexpr int wide_window_px = 2000;
+constexpr std::size_t least_windows = 6;
 
-bool covers_much(std::span<const vision::PixelRegion> windows, int image_px) {
-  int covered = 0;
-  for (const vision::PixelRegion& w : windows) covered += (w.u1_px - w.u0_px) * (w.v1_px - w.v0_px);
-  return covered > image_px / much_of_the_image;
+bool are_wide(std::span<const vision::PixelRegion> windows) {
+  int covered_px = 0;
+  for (const vision::PixelRegion& w : windows) covered_px += (w.u1_px - w.u0_px) * (w.v1_px - w.v0_px);
+  return covered_px > wide_window_px * static_cast<int>(std::max(windows.size(), least_windows));
 }
 
 vision::SpotSettings in_levels_of(vision::SpotSettings settings, double full_scale_dn) {
@@ -83,7 +85,7 @@ Status CoopNavigator::find_spots(const CameraImage& image, std::span<const visio
   spots.clear();
   vision::SpotReport found;
   const auto find_in = [&](const auto& view, double full_scale_dn) {
-    const bool anywhere = windows.empty() || covers_much(windows, view.width * view.height);
+    const bool anywhere = windows.empty() || are_wide(windows);
     const vision::SpotSettings& settings = anywhere ? config_.coarse_spots() : config_.spots;
     Status status = finder_.configure(in_levels_of(settings, full_scale_dn));
     if (status != Status::ok) return status;
@@ -133,13 +135,17 @@ Status CoopNavigator::look(std::span<const CameraImage> images, Time time, StepR
   searches_left_ = frames_searched;
   looked_at_ = time;
   report.times.detect_ns += timer.lap();
-  int budget = config_.search.max_hypotheses;
+  // What each picture has left of the work of a search.
+  int budget = 0;
+  bool sees = false;
   for (std::size_t c = 0; c < images.size(); ++c) {
     if (std::holds_alternative<std::monostate>(images[c])) continue;
+    sees = true;
+    budget += config_.search.max_hypotheses;
     budget -= work_of_a_picture + work_of_a_spot * static_cast<int>(spots_[c].size());
   }
-  if (budget <= 0) return Status::unfinished;
-  const Status status = search(budget, report);
+  if (sees && budget <= 0) return Status::unfinished;
+  const Status status = search(std::max(budget, 1), report);  // without any picture it says so
   return search_ == Search::found ? start(time, report) : status;
 }
 
@@ -159,8 +165,8 @@ Status CoopNavigator::search(int budget, StepReport& report) {
   if (undecided && !uses_expected_ && config_.expected_cone_rad > 0.0) {
     acquisition_.restart();
     uses_expected_ = true;
-    settings.max_hypotheses = std::max(1, budget - (acquired_.effort.work - work));
-    status = acquire_pose(expected);
+    settings.max_hypotheses = budget - (acquired_.effort.work - work);
+    status = settings.max_hypotheses > 0 ? acquire_pose(expected) : Status::unfinished;
   }
   report.times.match_ns += timer.lap();
   if (status == Status::unfinished) return status;

@@ -27,7 +27,7 @@ enum class [[nodiscard]] Status : std::uint8_t{
     unsupported,            ///< well formed, but not something this build can do
     ambiguous,              ///< another answer explains the data as well
     inconsistent,           ///< the data contradict each other or the model: chi-square alarm
-  unfinished,             ///< the work of one call is bounded, and there is more: call again
+    unfinished,             ///< the work of one call is bounded, and there is more: call again
 };
 
 /// Stable English identifier, for events and logs.

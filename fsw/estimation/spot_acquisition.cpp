@@ -15,7 +15,9 @@ constexpr double rare = 5e-3;
 constexpr int most_needed_hits = 3;
 constexpr int most_rounds = 3;
 constexpr int triples_a_round = 2;
-constexpr int work_of_refinement = 15;  // in three-point problems
+// In three-point problems, for each camera.
+constexpr int work_of_refinement = 15;
+constexpr int work_of_preparation = 100;
 
 bool are_valid(const SpotSearchSettings& s, const AttitudePrior& prior) {
   return s.check() == Status::ok && (!prior.given || (std::isfinite(prior.R_CT.sum()) && prior.cone_rad > 0.0));
@@ -24,6 +26,12 @@ bool are_valid(const SpotSearchSettings& s, const AttitudePrior& prior) {
 bool is_believed(const SpotScene& scene, const SpotAgreement& a) {
   return a.false_alarms <= scene.settings.max_false_alarms ||
          (a.whole && a.false_alarms <= scene.settings.max_false_alarms_whole);
+}
+
+int cameras_in_use(const SpotScene& scene) {
+  int count = 0;
+  for (std::size_t c = 0; c < scene.rig.size(); ++c) count += scene.fields[c].count() > 0 ? 1 : 0;
+  return count;
 }
 
 /// Spots beyond the three founders that make a hypothesis worth refining: more than chance gives one in 200 of them.
@@ -167,7 +175,7 @@ bool SpotAcquisition::close_trial(const SpotScene& scene, AcquiredSpots& out) {
   const SpotHypotheses& best = trial_.best();
   bool found = phase_ == Phase::weigh;
   for (std::size_t k = 0; k < best.size(); ++k) {
-    out.effort.work += work_of_refinement;
+    out.effort.work += work_of_refinement * cameras_in_use(scene);
     if (refine_hypothesis(scene, best[k].pose, out.effort.poses, previous_, candidate_) != Status::ok) continue;
     if (found) {
       offer(candidate_, out);
@@ -208,7 +216,8 @@ bool SpotAcquisition::open_next_to_weigh(const SpotScene& scene, const AcquiredS
       trial_.begin(camera_, t, least_hits_, SpotHypotheses::capacity);
       const auto in_triple = [&](std::uint8_t s) { return s == t[0] || s == t[1] || s == t[2]; };
       const auto end = explained_.begin() + static_cast<std::ptrdiff_t>(explained_count_);
-      explained_count_ = static_cast<std::size_t>(std::remove_if(explained_.begin(), end, in_triple) - explained_.begin());
+      explained_count_ =
+          static_cast<std::size_t>(std::remove_if(explained_.begin(), end, in_triple) - explained_.begin());
       return true;
     }
     triples_of_round_ = 0;
@@ -231,15 +240,15 @@ Status SpotAcquisition::acquire(const CameraRig& rig, const TargetModel& target,
   if (rig.empty()) return Status::not_configured;
   const double least_trace = prior.cone_rad < pi ? 1.0 + 2.0 * math::cos(prior.cone_rad) : -2.0;
   const SpotScene scene{rig, target, spots, fields_, settings, prior, least_trace};
+  const int limit = settings.max_hypotheses + (has_spots_ ? out.effort.work : 0);
   if (!has_spots_) {
     const Status status = prepare(scene);
     if (status != Status::ok) return status;
     has_spots_ = true;
     has_other_ = false;
-    out.effort = {};
+    out.effort = {0, 0, work_of_preparation * cameras_in_use(scene)};
     out.ambiguous = false;
   }
-  const int limit = out.effort.work + settings.max_hypotheses;
   while (out.effort.work < limit) {  // bound: max_hypotheses and the phases: a turn works, or ends a phase
     if (!trial_.is_open() && !open_next(scene, out)) {
       if (phase_ == Phase::weigh) return conclude(scene, out);

@@ -2,13 +2,14 @@
 """Every loop of fsw/ and hal/ says how often it runs at most.
 
 A range for runs once for each element of a bounded container; a counted for (one variable, stepped in its head alone) as often
-as its condition says. Any other loop, while and do first of all, has `// bound: ...` on its line or the line above. --list
-prints these."""
+as its condition says. Any other loop, while and do first of all, has `// bound: ...` on its line or the line above. docs/work.md lists
+these."""
 import re
 
 import common
 
 BOUND = re.compile(r"//\s*bound:\s*(\S.*)")
+BEGIN, END = "<!-- loops: made by tests/arch/loops.py --update, begin -->\n", "<!-- loops: end -->\n"
 HEAD = re.compile(r"\b(for|while|do)\b\s*([({])")
 
 
@@ -126,17 +127,28 @@ SEEDS = [
 ]
 
 
+def table(root):
+    text = "| file | loop | runs at most |\n|---|---|---|\n"
+    for path in common.sources(root, ["fsw", "hal"]):
+        for _, head, plain, written in loops((root / path).read_text()):
+            if not plain and written:
+                text += f"| `{path}` | `{head.replace('|', '&#124;')}` | {written} |\n"
+    return text
+
+
 def on_tree(arguments):
-    if arguments.list:
-        for path in common.sources(arguments.root, ["fsw", "hal"]):
-            for _, head, plain, written in loops((arguments.root / path).read_text()):
-                if not plain and written:
-                    print(f"| `{path}` | `{head}` | {written} |")
+    path = arguments.root / "docs/work.md"
+    document = path.read_text()
+    begin, end = document.index(BEGIN) + len(BEGIN), document.index(END)
+    if arguments.update:
+        path.write_text(document[:begin] + table(arguments.root) + document[end:])
+    elif document[begin:end] != table(arguments.root):
+        return check(arguments.root) + ["docs/work.md: the table of loops is not that of the sources; see --update"]
     return check(arguments.root)
 
 
 def add_arguments(parser):
-    parser.add_argument("--list", action="store_true", help="the loops whose bound is written beside them, as a table")
+    parser.add_argument("--update", action="store_true", help="write the table of docs/work.md anew")
 
 
 if __name__ == "__main__":

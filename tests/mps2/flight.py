@@ -5,18 +5,23 @@
 
 CASE is one of CASES: a mode, or what goes wrong with its input."""
 import argparse
+import csv
 import hashlib
 import json
 import os
 import pathlib
 import shutil
+import statistics
 import struct
 import subprocess
 import sys
 import zlib
 
-sys.path.insert(0, str(pathlib.Path(__file__).resolve().parents[1] / "target"))
+TESTS = pathlib.Path(__file__).resolve().parents[1]
+sys.path[:0] = [str(TESTS / "target"), str(TESTS / "arch")]
 import bit_identity  # noqa: E402  the same runs as on every other target
+import work  # noqa: E402  and the same limits of their work
+import worst_case  # noqa: E402
 
 FRAME_HEADER = struct.Struct("<4sIqqqqdIIBBHIII")
 
@@ -29,13 +34,16 @@ def require(condition, what):
 class Bench:
     """A capture replayed on the host and packed for the target."""
 
-    def __init__(self, arguments, mode, frames=None):
+    def __init__(self, arguments, mode, frames=None, constructed=False):
         self.relnav, self.emulator, self.image = arguments.relnav, arguments.emulator[:2], arguments.emulator[2]
         self.work = arguments.work
         shutil.rmtree(self.work, ignore_errors=True)
         self.work.mkdir(parents=True)
         capture, most, options = bit_identity.RUNS[mode]
-        data = bit_identity.beginning(bit_identity.CAPTURES / capture, frames or most, self.work / "data")
+        if constructed:
+            data, options = self.work / "data", worst_case.write(self.work / "data", mode)
+        else:
+            data = bit_identity.beginning(bit_identity.CAPTURES / capture, frames or most, self.work / "data")
         common = ["--dataset", data, "--mode", mode, *options]
         self.host = self.work / "host"
         self.packed = self.work / "in"
@@ -70,22 +78,25 @@ class Bench:
         require(any(name in json.dumps(event) for event in events), f"no event {name}, but {events}")
 
 
-def compare(arguments, mode, frames=None):
-    """Exit status, packets and poses as on the host; of a run that other targets make as well, also their hashes."""
-    bench = Bench(arguments, mode, frames)
-    golden = {} if frames else bit_identity.golden()
+def compare(arguments, mode, constructed=False):
+    """Exit status, packets and poses as on the host; of a run that other targets make as well, also their hashes. And the work of
+    each step."""
+    bench = Bench(arguments, mode, constructed=constructed)
+    golden = {} if constructed else bit_identity.golden()
     status, console = bench.fly("-icount shift=0")
     require(status == bench.host_status, f"exit status {status}, on the host {bench.host_status}")
     for name in ("telemetry.bin", "trajectory.tum"):
         here, there = (bench.out / name).read_bytes(), (bench.host / name).read_bytes()
-        require(len(there) > 1000, f"the host's {name} is all but empty")
+        require(constructed or len(there) > 1000, f"the host's {name} is all but empty")
         require(here == there, f"{name}: {len(here)} bytes differ from the host's {len(there)}")
         key = f"{mode}/{name}"
-        require(frames or hashlib.sha256(here).hexdigest() == golden[key], f"{key}: not as on other targets")
+        require(constructed or hashlib.sha256(here).hexdigest() == golden[key], f"{key}: not as on other targets")
     figures = dict(line.split() for line in console.splitlines() if len(line.split()) == 2)
-    median, most = int(figures["median_step"]), int(figures["maximum_step"])
-    print(f"{arguments.case}: {figures['steps']} steps, {median} instructions each (median), {most} (maximum), "
-          f"{figures['stack_used']} bytes of stack")
+    own = [(int(row["work"]), int(row["transfer"])) for row in csv.DictReader((bench.out / "effort.csv").open())]
+    steps = [(step + transfer, transfer) for step, transfer in own]
+    print(work.HEADER + work.row(f"{arguments.case}, {figures['stack_used']} bytes of stack", steps))
+    problems = work.problems_with(arguments.case, steps, work.limits(2)[mode] if constructed else None)
+    require(not problems, "; ".join(problems))
     require(int(figures["watchdog_kicks"]) >= int(figures["steps"]), "a step without its kick")
     require(int(figures["stack_used"]) < 48 * 1024, "the stack's reserve is gone")
 
@@ -198,7 +209,7 @@ def no_fpu(arguments):
 
 CASES = {
     **{mode: (lambda arguments, mode=mode: compare(arguments, mode)) for mode in bit_identity.RUNS},
-    "noncoop_to_track": lambda arguments: compare(arguments, "noncoop", 80),  # beyond the start, which takes 53 frames
+    **{f"worst_{mode}": (lambda arguments, mode=mode: compare(arguments, mode, constructed=True)) for mode in bit_identity.RUNS},
     "one_ulp": one_ulp,
     "wrong_size": wrong_size,
     "torn_frame": torn_frame,

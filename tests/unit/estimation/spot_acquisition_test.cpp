@@ -294,7 +294,8 @@ TEST(SpotAcquisition, two_cameras_try_few_triples_of_what_both_see) {
   int most = 0;
   for (int k = 0; k < 20; ++k) {
     const RigSpots spots = simulation.spots(two_cameras(), four_leds(), simulation.pose(s), s);
-    if (search(two_cameras(), four_leds(), spots, {}, near_zero()) == Status::ok) most = std::max(most, acquired.effort.work);
+    if (search(two_cameras(), four_leds(), spots, {}, near_zero()) == Status::ok)
+      most = std::max(most, acquired.effort.work);
   }
   CHECK_TRUE_TEXT(most > 0 && most < 8000, StringFromFormat("%d", most).asCharString());
 }
