@@ -31,6 +31,9 @@ inline Mat3 reference_dcm(const Vec3& axis, long double angle) {
   }
   return R;
 }
+inline Mat3 reference_dcm(const Vec3& axis, double angle) {
+  return reference_dcm(axis, static_cast<long double>(angle));
+}
 
 struct RotationSample {
   std::string name;

@@ -1,6 +1,7 @@
 #include "fsw/estimation/motion_model.hpp"
 
 #include <cmath>
+#include <limits>
 
 #include "tests/support/dense.hpp"
 #include "tests/support/numeric_jacobian.hpp"
@@ -250,9 +251,10 @@ TEST(MotionModels, moments_of_inertia_that_no_body_has_are_told) {
   CHECK(InertiaRatios{}.is_physical() && InertiaRatios{}.is_sphere());
   for (const InertiaRatios& inertia : sample_inertias) CHECK(inertia.is_physical() && !inertia.is_sphere());
   const Vec3 zero = Vec3::Zero();
+  const double nan = std::numeric_limits<double>::quiet_NaN();
   const InertiaRatios impossible[] = {
       {0.0, 1.0, zero}, {-1.0, 1.0, zero}, {2.1, 1.0, zero},      {1.0, 2.1, zero},
-      {0.4, 0.5, zero}, {NAN, 1.0, zero},  {1.0, HUGE_VAL, zero}, {1.0, 1.0, Vec3(0.0, NAN, 0.0)}};
+      {0.4, 0.5, zero}, {nan, 1.0, zero},  {1.0, HUGE_VAL, zero}, {1.0, 1.0, Vec3(0.0, nan, 0.0)}};
   for (const InertiaRatios& inertia : impossible) CHECK_FALSE(inertia.is_physical());
 }
 

@@ -75,7 +75,7 @@ double quadratic(const Vec6& d, const Mat6& P) { return test::mahalanobis_square
 TEST_GROUP(PoseFilter) {
   PoseFilter filter;
 
-  void run(Motion & motion, int frames, const PoseFilterConfig& config) {
+  void fly(Motion & motion, int frames, const PoseFilterConfig& config) {
     filter.configure(config);
     filter.start(time_of(0), motion.measure());
     for (int k = 1; k <= frames; ++k) {
@@ -103,7 +103,7 @@ TEST(PoseFilter, starts_at_the_measured_pose_with_its_covariance) {
 
 TEST(PoseFilter, finds_velocity_and_rate) {
   Motion motion(2);
-  run(motion, 100, quiet());
+  fly(motion, 100, quiet());
   const RelativeState out = filter.output();
   CHECK(out.time == time_of(100));
   CHECK((out.v_C - motion.v_C).norm() < 2e-3);  // 0.01 m, 10 s, 100 poses: 4e-4 an axis
@@ -124,7 +124,7 @@ TEST(PoseFilter, errors_are_as_large_as_the_covariances_say) {
   double nis = 0.0;
   for (int seed = 0; seed < seeds; ++seed) {
     Motion motion(100 + static_cast<std::uint64_t>(seed));
-    run(motion, 20, quiet());
+    fly(motion, 20, quiet());
     const RelativeState out = filter.output();
     Vec6 d;
     d << motion.v_C - out.v_C, motion.omega_C - out.omega_C;
@@ -171,7 +171,7 @@ TEST(PoseFilter, says_why_it_does_nothing) {
 
 TEST(PoseFilter, a_pose_outside_the_gate_changes_nothing) {
   Motion motion(6);
-  run(motion, 20, {});
+  fly(motion, 20, {});
   motion.advance();
   CHECK(filter.predict(time_of(21)) == Status::ok);
   const RelativeState before = filter.output();
@@ -252,7 +252,7 @@ TEST(PoseFilter, two_markers_hold_the_pose_that_none_would_lose) {
   for (int r = 0; r < runs; ++r) {
     Motion motion(static_cast<std::uint64_t>(r + 1));
     test::Normal rng(static_cast<std::uint64_t>(r + 1));
-    run(motion, 10, quiet());
+    fly(motion, 10, quiet());
     PoseFilter alone = filter;
     ObservationMask used{};
     for (int k = 11; k <= 40; ++k) {
@@ -279,7 +279,7 @@ TEST(PoseFilter, an_image_off_its_place_is_not_used) {
   const TargetModel target = test::eight_leds();
   Motion motion(5);
   test::Normal rng(5);
-  run(motion, 10, quiet());
+  fly(motion, 10, quiet());
   motion.advance();
   CHECK(filter.predict(time_of(11)) == Status::ok);
   PoseObservations images = images_at(motion.truth(), target, 3, 0.1, rng);

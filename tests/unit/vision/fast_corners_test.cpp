@@ -4,6 +4,7 @@
 #include <array>
 #include <cmath>
 #include <string>
+#include <tuple>
 #include <vector>
 
 #include "tests/unit/vision/corner_list.hpp"
@@ -90,8 +91,9 @@ TEST(FastCorners, without_room_the_strongest_are_kept_in_raster_order) {
   CHECK(all.size() > 100);
   for (const std::size_t room : {std::size_t{0}, std::size_t{1}, all.size() / 3, all.size() - 1, all.size()}) {
     std::vector<FastCorner> strongest = all;
-    std::stable_sort(strongest.begin(), strongest.end(),
-                     [](const auto& a, const auto& b) { return a.score > b.score; });
+    std::sort(strongest.begin(), strongest.end(), [](const FastCorner& a, const FastCorner& b) {
+      return std::tuple(b.score, a.v_px, a.u_px) < std::tuple(a.score, b.v_px, b.u_px);
+    });
     strongest.resize(room);
     std::vector<FastCorner> corners(room);
     const FastResult result = detect_fast(image.view(), options, corners);
