@@ -5,11 +5,11 @@ import common
 BUDGETS = {40: 1 << 20, 60: 2 << 20}  # feature slots: bytes
 
 
-def size_of_loop(root, slots):
+def size_of_loop(root, slots, compiler=None):
     """Bytes, or what the compiler says. It is asked by an error that names the size: nothing has to run."""
     unit = ('#include "fsw/app/flight_loop.hpp"\ntemplate <unsigned long bytes> struct Size;\n'
             "Size<sizeof(relnav::app::FlightLoop)> size;\n")
-    command = [common.compiler(), "-std=c++20", *common.eigen_flags(), f"-DRELNAV_MAX_FEATURES={slots}", "-fsyntax-only",
+    command = [*(compiler or [common.compiler()]), "-std=c++20", *common.eigen_flags(), f"-DRELNAV_MAX_FEATURES={slots}", "-fsyntax-only",
                f"-I{root}", "-x", "c++", "-"]
     errors = common.subprocess.run(command, input=unit, capture_output=True, text=True, check=False,
                                    cwd=root).stderr
