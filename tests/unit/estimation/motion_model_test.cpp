@@ -53,6 +53,8 @@ void check_F(const MotionModel& model, const MotionState& at, double dt_s, const
 
 TEST_GROUP(MotionModels){};
 
+namespace {
+
 TEST(MotionModels, F_is_the_jacobian_of_the_step) {
   for_each_state([](const MotionModel& model, const MotionState& at, test::Samples& samples) {
     const Vec3 camera_rate_C = &model == both_models[0] ? samples.matrix<3>(0.3) : Vec3(Vec3::Zero());
@@ -258,4 +260,5 @@ TEST(MotionModels, moments_of_inertia_that_no_body_has_are_told) {
   for (const InertiaRatios& inertia : impossible) CHECK_FALSE(inertia.is_physical());
 }
 
+}  // namespace
 }  // namespace relnav

@@ -36,6 +36,8 @@ double degrees(double rad) { return rad / test::degree; }
 
 TEST_GROUP(NoncoopFilters){};
 
+namespace {
+
 TEST(NoncoopFilters, configure_refuses_what_makes_no_sense) {
   using Member = double NoncoopConfig::*;
   struct Named {
@@ -274,4 +276,5 @@ TEST(NoncoopFilters, wild_matches_are_left_out) {
   CHECK(degrees(run.attitude_error(filter.output()).norm()) < 2.0);
 }
 
+}  // namespace
 }  // namespace relnav

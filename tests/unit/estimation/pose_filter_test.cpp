@@ -86,6 +86,8 @@ TEST_GROUP(PoseFilter) {
   }
 };
 
+namespace {
+
 TEST(PoseFilter, starts_at_the_measured_pose_with_its_covariance) {
   Motion motion(1);
   const PoseEstimate measured = motion.measure();
@@ -299,4 +301,5 @@ TEST(PoseFilter, an_image_off_its_place_is_not_used) {
   CHECK(filter.update(rig, target, PoseObservations(), used) == Status::inconsistent);
 }
 
+}  // namespace
 }  // namespace relnav

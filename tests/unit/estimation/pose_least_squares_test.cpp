@@ -81,6 +81,8 @@ void check_untouched(const PoseEstimate& e) {
 
 TEST_GROUP(PoseLeastSquares){};
 
+namespace {
+
 TEST(PoseLeastSquares, recovers_the_pose_of_exact_images) {
   test::Normal rng(1);
   double worst = 0.0;
@@ -655,4 +657,5 @@ TEST(PoseLeastSquares, a_step_to_the_pole_of_the_composition_is_shortened) {
   }
 }
 
+}  // namespace
 }  // namespace relnav

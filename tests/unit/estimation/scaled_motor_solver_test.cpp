@@ -94,6 +94,8 @@ Sweep over_all_attitudes(const CameraIntrinsics& camera, bool flat, MotorLines l
 
 TEST_GROUP(ScaledMotorSolver){};
 
+namespace {
+
 TEST(ScaledMotorSolver, every_arithmetic_agrees_over_the_papers_poses) {
   for (const MotorLines lines : {MotorLines::target, MotorLines::all}) {
     const Sweep in_double = over_the_papers_poses<double>(lines);
@@ -191,4 +193,5 @@ TEST(ScaledMotorSolver, a_number_out_of_range_is_said) {
   LONGS_EQUAL(50, said);
 }
 
+}  // namespace
 }  // namespace relnav

@@ -93,6 +93,8 @@ Agreement agreement_of(const Setting& s, std::uint64_t seed) {
 
 TEST_GROUP(ScaledPoseSolver){};
 
+namespace {
+
 /// Of the cost after a step [dt 2dg].
 double half_cost(const ScaledRows<double>& rows, GibbsSet<double> attitude, Vec3 t, const Vec6& step) {
   attitude.correct(0.5 * step.tail<3>());
@@ -376,4 +378,5 @@ TEST(ScaledPoseSolver, says_what_is_missing) {
   check_refusals<FixedQ47>();
 }
 
+}  // namespace
 }  // namespace relnav

@@ -49,6 +49,8 @@ StereoPoints points_of(const CameraRig& rig, const TargetModel& target, const Po
 
 TEST_GROUP(StereoClosedForm){};
 
+namespace {
+
 TEST(StereoClosedForm, every_method_is_exact_without_noise) {
   test::Normal rng(1);
   double triangulated = 0.0;
@@ -443,4 +445,5 @@ TEST(StereoClosedForm, parallel_lines_and_points_on_a_line_are_rank_deficient) {
   }
 }
 
+}  // namespace
 }  // namespace relnav

@@ -103,6 +103,8 @@ Status unproject(const CameraModel& camera, const Vec2& uv_px) {
 
 TEST_GROUP(CameraModel){};
 
+namespace {
+
 TEST(CameraModel, every_pixel_goes_out_and_comes_back) {
   for (const auto& [name, k] : cameras()) {
     const CameraModel camera = made(k);
@@ -453,4 +455,5 @@ TEST(CameraModel, image_reaches_half_a_pixel_beyond_the_outer_centres) {
   CHECK_FALSE(camera.in_image(Vec2(5.0, nan)));
 }
 
+}  // namespace
 }  // namespace relnav
