@@ -70,8 +70,8 @@ class Operations {
       const Raw a = draw();
       alone(a);
       together(a, draw());
-      const double value =
-          std::ldexp(2.0 * generator_.uniform() - 1.0, static_cast<int>(generator_.below(digits + 4)) - Bits);
+      const int size = static_cast<int>(generator_.below(digits + 4)) - Bits;  // drawn first, by every compiler
+      const double value = std::ldexp(2.0 * generator_.uniform() - 1.0, size);
       from_double(value);
     }
     return {{"a + b, a - b", 0.0, sum_},
@@ -261,12 +261,16 @@ class Functions {
     }
     // A point 2 to 200 baselines ahead in two cameras side by side, turned a little.
     const double z = math::exp(0.7 + 4.6 * generator_.uniform());
-    const Vector_d point(0.3 * z * uniform(1.0), 0.3 * z * uniform(1.0), z);
+    const double y = 0.3 * z * uniform(1.0);
+    const double x = 0.3 * z * uniform(1.0);
+    const Vector_d point(x, y, z);
     const double turn = uniform(0.2);
     const math::SinCos s = math::sincos(turn);
     Eigen::Matrix3d R;
     R << s.cos, 0.0, -s.sin, 0.0, 1.0, 0.0, s.sin, 0.0, s.cos;
-    const Vector_d t = R * Vector_d(-1.0, uniform(0.1), uniform(0.1));
+    const double up = uniform(0.1);
+    const double along = uniform(0.1);
+    const Vector_d t = R * Vector_d(-1.0, along, up);
     const Vector_d second = R * point + t;
     if (second(2) < 1.0) return;
     const Eigen::Matrix<S, 2, 1> xy_1(static_cast<S>(point(0) / z), static_cast<S>(point(1) / z));
