@@ -35,8 +35,8 @@ inline std::vector<BodyPoint> random_body(Normal& rng, int count, double half_wi
     const auto face = rng.generator().below(6);
     const int axis = static_cast<int>(face) / 2;
     const double side = (face % 2 == 0) ? 1.0 : -1.0;
-    Vec3 p((rng.generator().uniform() * 2.0 - 1.0), (rng.generator().uniform() * 2.0 - 1.0),
-           (rng.generator().uniform() * 2.0 - 1.0));
+    Vec3 p;
+    for (int k = 2; k >= 0; --k) p(k) = rng.generator().uniform() * 2.0 - 1.0;
     p(axis) = side * (1.0 + 0.15 * rng());  // crinkled foil and boxes
     Vec3 n = Vec3::Zero();
     n(axis) = side;
@@ -110,7 +110,7 @@ class FeatureSimulation {
       if (in_use(i)) continue;
       Vec2 uv;
       if (!see(i, uv)) continue;
-      const Vec2 noisy = uv + first_view_noise_px * Vec2(rng_(), rng_());
+      const Vec2 noisy = uv + first_view_noise_px * rng_.vec2();
       const Expected<SlotHandle> slot = filter.add_feature(noisy);
       if (slot) point_of_[slot.value().index] = {slot.value(), static_cast<int>(i)};
     }
@@ -125,7 +125,7 @@ class FeatureSimulation {
       if (!see(static_cast<std::size_t>(entry.point), uv)) continue;
       FeatureMatch m;
       m.slot = p.slot;
-      m.uv_px = uv + noise_px_ * Vec2(rng_(), rng_());
+      m.uv_px = uv + noise_px_ * rng_.vec2();
       m.sigma_px = 0.01;
       m.score = 1.0;
       if (matches.push_back(m) != Status::ok) return;

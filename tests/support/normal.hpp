@@ -21,6 +21,18 @@ class Normal {
     const double z = (*this)();
     return {x, y, z};
   }
+  // The order of the draws is ours: that of a call's arguments is each compiler's own, and other samples on each target.
+  Vec2 vec2() {
+    const double y = (*this)();
+    const double x = (*this)();
+    return {x, y};
+  }
+  /// (x, y, 1), x and y evenly within half of `width` from zero.
+  Vec3 ahead(double width) {
+    const double y = width * (generator_.uniform() - 0.5);
+    const double x = width * (generator_.uniform() - 0.5);
+    return {x, y, 1.0};
+  }
   Generator& generator() { return generator_; }
 
  private:

@@ -22,7 +22,8 @@ constexpr double lamp_radius_m = 0.015;
 Vec3 on_the_box(Generator& generator) {
   // A face, and where on it.
   const auto axis = static_cast<int>(generator.below(3));
-  Vec3 p_T(1.3 * generator.uniform() - 0.65, 1.3 * generator.uniform() - 0.65, 1.3 * generator.uniform() - 0.65);
+  Vec3 p_T;
+  for (int k = 2; k >= 0; --k) p_T(k) = 1.3 * generator.uniform() - 0.65;
   p_T(axis) = generator.below(2) == 0 ? -0.68 : 0.68;
   return p_T;
 }

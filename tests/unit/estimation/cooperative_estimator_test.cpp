@@ -37,7 +37,7 @@ Pose some_pose(test::Normal& rng) {
   const double range = 4.0 + 3.0 * rng.generator().uniform();
   Pose pose;
   pose.R_CT = test::random_attitude(rng);
-  pose.t_CT = range * Vec3(0.1 * (rng.generator().uniform() - 0.5), 0.1 * (rng.generator().uniform() - 0.5), 1.0);
+  pose.t_CT = range * rng.ahead(0.1);
   return pose;
 }
 

@@ -179,7 +179,7 @@ struct RansacScene {
     const PoseLinearisation true_pose = model.pose(truth);
     for (int i = 0; i < features; ++i) {
       Feature f;
-      const Vec3 p_C(samples.uniform(-1.2, 1.2), samples.uniform(-1.0, 1.0), samples.uniform(4.5, 5.5));
+      const Vec3 p_C = samples.within({-1.2, -1.0, 4.5}, {1.2, 1.0, 5.5});
       f.y.setZero();
       const Vec3 X_T = true_pose.R_CT.transpose() * (p_C - true_pose.t_CT);
       f.y.head<3>() = X_T - Vec3(0.0, 0.0, 2.0);

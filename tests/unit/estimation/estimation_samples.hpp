@@ -30,6 +30,12 @@ class Samples {
  public:
   explicit Samples(std::uint64_t seed) : generator_(seed, 5) {}
   double uniform(double low, double high) { return low + (high - low) * generator_.uniform(); }
+  /// Between two corners. The order of the draws is ours, not each compiler's order of a call's arguments.
+  Vec3 within(const Vec3& low, const Vec3& high) {
+    Vec3 v;
+    for (int k = 2; k >= 0; --k) v(k) = uniform(low(k), high(k));
+    return v;
+  }
   template <int Rows, int Cols = 1>
   Mat<Rows, Cols> matrix(double size = 1.0) {
     Mat<Rows, Cols> m;

@@ -16,7 +16,7 @@ const CameraMotion moving_camera;
 
 /// A feature (inverse depth or Euclidean) that the camera sees from the given pose, a few metres before it.
 Feature seen_feature(test::Samples& samples, const PoseLinearisation& pose, int size) {
-  const Vec3 p_C(samples.uniform(-1.5, 1.5), samples.uniform(-1.0, 1.0), samples.uniform(3.0, 6.0));
+  const Vec3 p_C = samples.within({-1.5, -1.0, 3.0}, {1.5, 1.0, 6.0});
   const Vec3 X_T = pose.R_CT.transpose() * (p_C - pose.t_CT);
   Feature f;
   f.size = size;

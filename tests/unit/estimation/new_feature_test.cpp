@@ -32,7 +32,7 @@ TEST_GROUP(NewFeatures) {
     state.reset(motion, samples.covariance<12>(0.1));
     const PoseLinearisation pose = rigid_target.pose(motion);
     for (int i = 0; i < features; ++i) {
-      const Vec3 p_C(samples.uniform(-0.8, 0.8), samples.uniform(-0.6, 0.6), samples.uniform(3.4, 4.6));
+      const Vec3 p_C = samples.within({-0.8, -0.6, 3.4}, {0.8, 0.6, 4.6});
       Feature f;
       f.y.head<3>() = pose.R_CT.transpose() * (Vec3(0.2, 0.1, -0.3) - pose.t_CT);
       const Vec3 ray = pose.R_CT.transpose() * (p_C - pose.t_CT) - f.y.head<3>();

@@ -55,8 +55,7 @@ Report acquire_many(const CameraRig& rig, const TargetModel& target, std::uint64
     truth.R_CT = i % 4 == 3 ? test::random_half_turn(rng) : test::random_attitude(rng);
     const double range = least_range + range_span * rng.generator().uniform();
     const double width = 0.3 * 1024.0 / rig[0].model.intrinsics().fu;
-    truth.t_CT =
-        range * Vec3(width * (rng.generator().uniform() - 0.5), width * (rng.generator().uniform() - 0.5), 1.0);
+    truth.t_CT = range * rng.ahead(width);
     const PoseObservations seen = seen_of(truth, rng);
     if (seen.size() < 4) continue;
     ++report.views;
@@ -169,9 +168,10 @@ TEST(PoseAcquisition, where_two_minima_merge_both_starts_still_come_to_an_optimu
     int slow = 0;
     for (int i = 0; i < 2000; ++i) {
       // Within 6 deg of face on.
-      const Vec3 axis(rng(), rng(), 0.0);
-      const Pose truth{test::reference_dcm(axis, 0.1 * rng.generator().uniform()) *
-                           test::reference_dcm(Vec3::UnitZ(), 6.28 * rng.generator().uniform()),
+      Vec3 axis = Vec3::Zero();
+      axis.head<2>() = rng.vec2();
+      const Mat3 roll = test::reference_dcm(Vec3::UnitZ(), 6.28 * rng.generator().uniform());
+      const Pose truth{test::reference_dcm(axis, 0.1 * rng.generator().uniform()) * roll,
                        (10.0 + 5.0 * rng.generator().uniform()) * Vec3(0.1, -0.05, 1.0)};
       const PoseObservations seen = test::see_all(rig, target, truth, 0.5, rng);
       std::array<Pose, 2> starts;

@@ -25,7 +25,8 @@ class Motion {
  public:
   explicit Motion(std::uint64_t seed) : rng_(seed) {
     pose_.R_CT = exp_so3(Vec3(rng_.vec3()));
-    pose_.t_CT = Vec3(0.2 * rng_(), 0.2 * rng_(), 8.0 + 0.5 * rng_());
+    pose_.t_CT.z() = 8.0 + 0.5 * rng_();
+    pose_.t_CT.head<2>() = 0.2 * rng_.vec2();
     v_C = 0.2 * rng_.vec3();
     omega_C = 0.1 * rng_.vec3();
     Mat6 root = Mat6::Zero();
@@ -240,7 +241,7 @@ PoseObservations images_at(const Pose& pose, const TargetModel& target, std::siz
     o.sigma_px = sigma_px;
     const Vec3 p_C = pose.R_CT * target.features[k].p_T + pose.t_CT;
     CHECK(test::one_camera()[0].model.project(p_C, o.uv_px) == Status::ok);
-    o.uv_px += sigma_px * Vec2(rng(), rng());
+    o.uv_px += sigma_px * rng.vec2();
     CHECK(out.push_back(o) == Status::ok);
   }
   return out;

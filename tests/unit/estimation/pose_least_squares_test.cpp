@@ -25,8 +25,7 @@ Pose random_pose(test::Normal& rng, int i = 0) {
   Pose pose;
   pose.R_CT = i % 4 == 3 ? test::random_half_turn(rng) : test::random_attitude(rng);
   const double range = 3.0 + rng.generator().uniform();
-  pose.t_CT =
-      range * Vec3(0.1 * (2.0 * rng.generator().uniform() - 1.0), 0.1 * (2.0 * rng.generator().uniform() - 1.0), 1.0);
+  pose.t_CT = range * rng.ahead(0.2);
   return pose;
 }
 
@@ -53,9 +52,11 @@ CameraRig random_rig(test::Normal& rng, int i) {
   // The second camera: a metre or so aside, turned toward the target and about its axis by anything.
   const double roll = 6.28 * rng.generator().uniform();
   const double side = (rng.generator().below(2) == 0 ? 1.0 : -1.0) * (0.5 + rng.generator().uniform());
+  const Vec2 tilt = 0.1 * rng.vec2();
+  const Vec2 shift = 0.1 * rng.vec2();
   const Mat3 R_10 = test::reference_dcm(Vec3(0, 0, 1), roll) *
-                    test::reference_dcm(Vec3(0.1 * rng(), 1, 0.1 * rng()), std::atan(side / 3.5));
-  return test::stereo_rig(first, test::distorted(models[i / 2 % 4]), R_10, Vec3(side, 0.1 * rng(), 0.1 * rng()));
+                    test::reference_dcm(Vec3(tilt.x(), 1, tilt.y()), std::atan(side / 3.5));
+  return test::stereo_rig(first, test::distorted(models[i / 2 % 4]), R_10, Vec3(side, shift.x(), shift.y()));
 }
 
 PoseEstimate sentinel() {
@@ -455,7 +456,7 @@ struct Scene {
   Scene(const Pose& pose, double noise, test::Normal& rng) : truth(pose) {
     for (std::size_t i = 0; i < 8; ++i) {
       const Vec3 p = pose.R_CT * points[i] + pose.t_CT;
-      xy[i] = Vec2(p.head<2>() / p.z()) + noise * Vec2(rng(), rng());
+      xy[i] = Vec2(p.head<2>() / p.z()) + noise * rng.vec2();
     }
   }
   template <typename S>

@@ -42,7 +42,7 @@ TEST_GROUP(PoseOutliers) {
     View v;
     const double range = 4.0 + 4.0 * rng.generator().uniform();
     v.truth.R_CT = test::random_attitude(rng);
-    v.truth.t_CT = range * Vec3(0.1 * (rng.generator().uniform() - 0.5), 0.1 * (rng.generator().uniform() - 0.5), 1.0);
+    v.truth.t_CT = range * rng.ahead(0.1);
     v.seen = test::see_all(rig, target, v.truth, sigma_px, rng);
     for (std::size_t i = 0; i < v.seen.size(); ++i) v.used[i] = true;
     return v;

@@ -90,7 +90,8 @@ std::vector<Vec3> square(double half_diagonal, const Vec3& middle) {
 }
 
 Mat3 random_attitude(Normal& rng) {
-  Eigen::Vector4d q(rng(), rng(), rng(), rng());
+  Eigen::Vector4d q;
+  for (int k = 3; k >= 0; --k) q(k) = rng();
   q.normalize();
   const Vec3 v = q.head<3>();
   const double angle = 2.0 * std::atan2(v.norm(), q(3));

@@ -190,7 +190,8 @@ Sweep sweep(const CameraIntrinsics& camera, bool near, int count) {
     const double radius = field > 0.5 ? 0.4 : range * field * (0.1 + 0.7 * rng.generator().uniform());
     const TargetModel target = test::target_of(test::cube(radius / std::sqrt(3.0)));
     const Mat3 R_CT = i % 4 == 3 ? test::random_half_turn(rng) : test::random_attitude(rng);
-    const Pose truth{R_CT, range * Vec3(0.002 * rng(), 0.002 * rng(), 1.0)};
+    const Vec2 beside = 0.002 * rng.vec2();
+    const Pose truth{R_CT, range * Vec3(beside.x(), beside.y(), 1.0)};
     const PoseObservations seen = test::see_all(rig, target, truth, 1.0, rng);
     Pose start = off_by_a_bit(truth, rng);
     if (!near) start = {test::random_attitude(rng), (0.7 + 0.7 * rng.generator().uniform()) * truth.t_CT};
@@ -246,7 +247,10 @@ TEST(ScaledPoseSolver, no_overflow_where_two_minima_merge) {
     const Pose truth{Mat3::Identity(), Vec3(0.0, 0.0, z)};
     const PoseObservations seen = test::see_all(rig, target, truth, 1.0, rng, i % 4 < 2 ? 1.0 : 0.0);
     Pose start = truth;
-    if (i % 3 != 0) start.R_CT = reference_dcm(rng.vec3(), (i % 3 == 1 ? 0.01 : 0.3) * rng());
+    if (i % 3 != 0) {
+      const double angle = (i % 3 == 1 ? 0.01 : 0.3) * rng();
+      start.R_CT = reference_dcm(rng.vec3(), angle);
+    }
     PoseEstimate e;
     PoseEstimate expected;
     CHECK(solve_scaled_pose<FixedQ47>(rig, target, seen, test::all_used(), start, {}, e) == Status::ok);

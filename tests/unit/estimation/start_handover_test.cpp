@@ -37,7 +37,7 @@ TEST_GROUP(StartHandovers) {
       const Expected<SlotHandle> slot = state.add(samples.feature(), Mat<6, 12>::Zero(), {}, Mat6::Identity());
       CHECK(slot.has_value());
       StartAdjustment::TrackResult& t = start->tracks[slot.value().index];
-      t.p = Vec3(samples.uniform(-0.2, 0.2), samples.uniform(-0.2, 0.2), samples.uniform(0.22, 0.28));
+      t.p = samples.within({-0.2, -0.2, 0.22}, {0.2, 0.2, 0.28});
       t.dp_dtheta = samples.matrix<3, 12>(0.1);
       t.covariance = samples.covariance<3>(0.01);
       t.t_s = i % 3 == 0 ? 0.0 : samples.uniform(0.0, now_s);

@@ -68,9 +68,9 @@ class Operations {
       const Raw a = draw();
       alone(a);
       together(a, draw());
-      // One draw a statement, here and below: the order of arguments and operands is the compiler's.
-      const int exponent = static_cast<int>(generator_.below(digits + 4)) - Bits;
-      from_double(std::ldexp(2.0 * generator_.uniform() - 1.0, exponent));
+      const int size = static_cast<int>(generator_.below(digits + 4)) - Bits;  // drawn first, by every compiler
+      const double value = std::ldexp(2.0 * generator_.uniform() - 1.0, size);
+      from_double(value);
     }
     return {{"a + b, a - b", 0.0, sum_},
             {"a b", 0.5, product_},
@@ -267,9 +267,9 @@ class Functions {
     const math::SinCos s = math::sincos(turn);
     Eigen::Matrix3d R;
     R << s.cos, 0.0, -s.sin, 0.0, 1.0, 0.0, s.sin, 0.0, s.cos;
-    const double forward = uniform(0.1);
-    const double down = uniform(0.1);
-    const Vector_d t = R * Vector_d(-1.0, down, forward);
+    const double up = uniform(0.1);
+    const double along = uniform(0.1);
+    const Vector_d t = R * Vector_d(-1.0, along, up);
     const Vector_d second = R * point + t;
     if (second(2) < 1.0) return;
     const Eigen::Matrix<S, 2, 1> xy_1(static_cast<S>(point(0) / z), static_cast<S>(point(1) / z));

@@ -84,7 +84,10 @@ TEST(P3p, finds_the_pose_among_its_solutions) {
   for (int k = 0; k < runs; ++k) {
     const std::array<Vec3, 3> p_T{in_cube(g), in_cube(g), in_cube(g)};
     const double range = 2.5 + 20.0 * g.uniform();
-    const Pose pose{exp_so3(3.0 * in_cube(g)), range * Vec3(0.5 * (g.uniform() - 0.5), 0.5 * (g.uniform() - 0.5), 1.0)};
+    const Mat3 R_CT = exp_so3(3.0 * in_cube(g));
+    const double y = 0.5 * (g.uniform() - 0.5);
+    const double x = 0.5 * (g.uniform() - 0.5);
+    const Pose pose{R_CT, range * Vec3(x, y, 1.0)};
     double worst_ray = 0.0;
     const double d = nearest(p_T, pose, worst_ray);
     if (d < 0.0 || d > 1e-4) ++missed;

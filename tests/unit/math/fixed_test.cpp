@@ -3,6 +3,7 @@
 
 #include <cmath>
 #include <cstdio>
+#include <initializer_list>
 #include <limits>
 #include <string>
 #include <vector>
@@ -245,7 +246,8 @@ TEST(FixedPoint, the_flag_is_carried_through_everything) {
 }
 
 TEST(FixedPoint, from_int_is_exact_or_saturates) {
-  for (const int value : {0, 1, -1, 2, 1000, -1000, 65535, -65535, 65536, -65536, INT32_MAX, INT32_MIN}) {
+  for (const int value :
+       std::initializer_list<int>{0, 1, -1, 2, 1000, -1000, 65535, -65535, 65536, -65536, INT32_MAX, INT32_MIN}) {
     check(FixedQ47(value), saturated(Wide(value) * (Wide(1) << 47)), "number", value);
     check(Fixed<1>(value), saturated(Wide(value) * 2), "number", value);
     check(FixedQ29(value), saturated<std::int32_t>(Wide(value) * (Wide(1) << 29)), "number", value);
