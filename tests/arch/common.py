@@ -67,6 +67,14 @@ def run(command, **options):
                           stdin=subprocess.DEVNULL, check=False, **options)
 
 
+def output(command):
+    """Of a tool that has to work."""
+    result = run(command)
+    if result.returncode != 0:
+        raise SystemExit(f"{' '.join(str(part) for part in command)}: {result.stdout}")
+    return result.stdout
+
+
 class Seed:
     """A small tree, and a piece of the message that the check must give for it (None: it must pass)."""
 

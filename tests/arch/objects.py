@@ -17,13 +17,6 @@ RECORD = re.compile(r"^\s*\[\s*[0-9a-f]+\]\s+(.*)$")
 SECTION = re.compile(r"^\s*\[\s*\d+\]\s+(\.gcc_except_table\S*|\.ARM\.extab\S*)\s")
 
 
-def tool(command):
-    result = common.run(command)
-    if result.returncode != 0:
-        raise SystemExit(f"{' '.join(str(part) for part in command)}: {result.stdout}")
-    return result.stdout
-
-
 def by_member(text):
     """Lines of each object of an archive, as readelf and nm print them."""
     members, lines = {}, []
@@ -38,8 +31,8 @@ def by_member(text):
 def check_archives(archives, readelf, nm):
     problems = []
     for archive in archives:
-        sections, records = by_member(tool([readelf, "-SW", archive])), by_member(tool([readelf, "-p", ".GCC.command.line", archive]))
-        names = by_member(tool([nm, archive]))
+        sections, records = by_member(common.output([readelf, "-SW", archive])), by_member(common.output([readelf, "-p", ".GCC.command.line", archive]))
+        names = by_member(common.output([nm, archive]))
         for member, lines in sections.items():
             where = f"{archive.name}({member})"
             found = [match.group(1) for match in map(RECORD.match, records.get(member, [])) if match]
@@ -64,7 +57,7 @@ def check_sources(root):
         if result.returncode != 0:
             return ["seed does not compile: " + result.stdout]
         archives.append(source.with_suffix(".a"))
-        tool(["ar", "rcs", archives[-1], source.with_suffix(".o")])
+        common.output(["ar", "rcs", archives[-1], source.with_suffix(".o")])
     return check_archives(archives, "readelf", "nm")
 
 

@@ -20,10 +20,7 @@ def of_archives(archives, size_tool):
     """Bytes of code, read-only and writable data."""
     code = constants = variables = 0
     for archive in archives:
-        result = common.run([size_tool, "-A", archive])
-        if result.returncode != 0:
-            raise SystemExit(result.stdout)
-        for section, size in re.findall(r"^(\.\S+)\s+(\d+)\s+\d+$", result.stdout, re.M):
+        for section, size in re.findall(r"^(\.\S+)\s+(\d+)\s+\d+$", common.output([size_tool, "-A", archive]), re.M):
             if section.startswith(".text"):
                 code += int(size)
             elif section.startswith((".rodata", ".data.rel.ro")):

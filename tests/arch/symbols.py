@@ -20,17 +20,10 @@ USES = {
 SECTION = re.compile(r"^\s*\[\s*\d+\]\s+(\S+)\s+\S+\s+[0-9a-f]+\s+[0-9a-f]+\s+([0-9a-f]+)\s+\S+\s+([A-Za-z]*)\s+\d")
 
 
-def tool(command):
-    result = common.run(command)
-    if result.returncode != 0:
-        raise SystemExit(f"{' '.join(str(part) for part in command)}: {result.stdout}")
-    return result.stdout
-
-
 def symbols(nm, archive, *options):
     """(type letter, demangled name, object) of each symbol."""
     found, member = [], ""
-    for line in tool([nm, "-C", *options, archive]).splitlines():
+    for line in common.output([nm, "-C", *options, archive]).splitlines():
         if line.endswith((".o:", ".obj:")):
             member = line[:-1]
             continue
@@ -52,7 +45,7 @@ def allowed_on(machine, path):
 
 
 def machine_of(readelf, archive):
-    return re.search(r"Machine:\s+(.*)", tool([readelf, "-h", archive])).group(1).split()[-1]
+    return re.search(r"Machine:\s+(.*)", common.output([readelf, "-h", archive])).group(1).split()[-1]
 
 
 def check_archives(folder, nm="nm", readelf="readelf"):
@@ -80,7 +73,7 @@ def check_archives(folder, nm="nm", readelf="readelf"):
                 problems.append(where + f"undefined {name} is not in tests/arch/symbols.txt")
         writable = []
         member = ""
-        for line in tool([readelf, "-SW", archive]).splitlines():
+        for line in common.output([readelf, "-SW", archive]).splitlines():
             if line.startswith("File: "):
                 member = line.split("(")[-1].rstrip(")")
             match = SECTION.match(line)
@@ -112,7 +105,7 @@ def check_sources(root):
         result = common.run([common.compiler(), *flags, *exceptions, "-c", source, "-o", source.with_suffix(".o")])
         if result.returncode != 0:
             return ["seed does not compile: " + result.stdout]
-        tool(["ar", "rcs", root / f"librelnav_{source.stem}.a", source.with_suffix(".o")])
+        common.output(["ar", "rcs", root / f"librelnav_{source.stem}.a", source.with_suffix(".o")])
     return check_archives(root)
 
 
