@@ -38,6 +38,20 @@ TEST_GROUP(CoopNavigator) {
     config.filter.image_gate_chi2 = image_gate_chi2;
     CHECK_TRUE(navigator->configure(config, rig) == Status::ok);
   }
+  /// Spots that are none of the target's, not too near to each other.
+  [[nodiscard]] static std::vector<Vec2> clutter_of(std::size_t count) {
+    Generator generator(17);
+    std::vector<Vec2> clutter;
+    while (clutter.size() < count) {
+      const double u = 20.0 + 600.0 * generator.uniform();
+      const double v = 20.0 + 440.0 * generator.uniform();
+      const Vec2 uv(u, v);
+      const bool near =
+          std::any_of(clutter.begin(), clutter.end(), [&](const Vec2& c) { return (c - uv).norm() < 16.0; });
+      if (!near) clutter.push_back(uv);
+    }
+    return clutter;
+  }
   [[nodiscard]] Time time() const { return Time{1'000'000'000 + std::int64_t{frame} * 100'000'000}; }
   /// `blind`: a camera that gives no image.
   Status process(std::size_t blind = config::max_cameras) {
@@ -337,6 +351,47 @@ TEST(CoopNavigator, AWrongCalibrationIsAnAlarmAndNoPose) {
     CHECK_TRUE(process() == Status::inconsistent);
     LONGS_EQUAL(0, report->inliers);
   }
+}
+
+TEST(CoopNavigator, ASearchOfSeveralFramesIsMetAgainAndStartsAtTheTimeOfItsSpots) {
+  configure(test::one_camera(), test::eight_leds());
+  scene.v_C = Vec3(0.4, -0.3, -0.5);
+  scene.omega_C = Vec3(0.15, -0.1, 0.2);
+  const std::vector<Vec2> clutter = clutter_of(45);
+  int unfinished = 0;
+  for (int k = 0; k < 10; ++k, next()) {
+    scene.render({}, clutter);
+    const Status status = process();
+    if (status == Status::ok) break;
+    CHECK_TRUE(status == Status::unfinished);
+    CHECK_FALSE(navigator->has_started());
+    LONGS_EQUAL(0, report->inliers);
+    ++unfinished;
+  }
+  CHECK_TRUE(navigator->has_started());
+  CHECK_TRUE_TEXT(unfinished >= 2, "the case is too easy to show anything");
+  CHECK_TRUE(report->inliers >= 4);  // windows are wide, and some of the clutter lies in them
+  check_pose();
+  next();
+  scene.render({}, clutter);
+  CHECK_TRUE(process() == Status::ok);
+  check_pose();
+  check_rates();  // a pose that bears another time than its own gives other rates
+}
+
+TEST(CoopNavigator, SpotsThatLeadNowhereGiveWayToThoseOfALaterFrame) {
+  configure(test::one_camera(), test::eight_leds());
+  scene.render({0, 1, 2, 3, 4, 5, 6, 7}, clutter_of(60));
+  CHECK_TRUE(process() == Status::unfinished);
+  int frames = 0;
+  for (; frames < 20 && !navigator->has_started(); ++frames) {
+    next();
+    scene.render();
+    static_cast<void>(process());
+  }
+  CHECK_TRUE(navigator->has_started());
+  CHECK_TRUE_TEXT(frames > 2 && frames < 10, StringFromFormat("%d", frames).asCharString());
+  check_pose();
 }
 
 TEST(CoopNavigator, NothingToSeeIsNoTarget) {
