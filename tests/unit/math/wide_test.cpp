@@ -33,7 +33,7 @@ TEST(Wide, keeps_the_laws_of_integers) {
     CHECK((a + b) * (a - b) == a * a - b * b);
     CHECK(a * b == b * a && a * (b + c) == a * b + a * c);
     CHECK((a < b) == (a - b < 0) && (a < b) == (-b < -a));
-    CHECK(a << 37 == a * (Wide(1) << 37));
+    CHECK((a << 37) == a * (Wide(1) << 37));
     const Wide n = a * a;
     const Wide d = b < 0 ? -b : b + 1;
     const Wide rest = n - n / d * d;
