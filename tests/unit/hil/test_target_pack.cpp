@@ -95,7 +95,8 @@ TEST(TargetPack, FramesComeWithStampsAndChecksums) {
   CHECK(is_whole(header));
   LONGS_EQUAL(3, header.frames);
   for (std::uint32_t i = 0; i < 3; ++i) {
-    const auto offset = static_cast<std::size_t>(object_at<std::uint64_t>(file, header.index_offset + 8 * i));
+    const auto offset =
+        static_cast<std::size_t>(object_at<std::uint64_t>(file, static_cast<std::size_t>(header.index_offset) + 8 * i));
     auto frame = object_at<hal::raw::FrameHeader>(file, offset);
     CHECK(is_whole(frame));
     LONGS_EQUAL(i, frame.sequence);

@@ -24,15 +24,18 @@ std::size_t index(int u, int v) {
   return static_cast<std::size_t>((v + window_half_px) * window_stride + u + window_half_px);
 }
 
+// Not in the group: CppUTest's operator new knows no alignment beyond that of a double.
+ReferencePatch reference;
+WarpedPatch patch;
+
 }  // namespace
 
 TEST_GROUP(Patch) {
   test::Texture texture{8};
   OwnedImage image{100, 90, 5};
-  ReferencePatch reference;
-  WarpedPatch patch;
 
   void setup() override {
+    patch = WarpedPatch();
     image.fill(texture);
     CHECK(capture_patch(image.view(), 50, 45, reference) == Status::ok);
   }
