@@ -19,11 +19,13 @@ constexpr double image_border_px = 2.0;
 /// Frames in which the spots of one are searched before those of a later one take their place: what is found has to be met
 /// again, and nothing is known of its motion yet.
 constexpr int frames_searched = 4;
+/// Age of the spots from which on nothing found in them would be met again, be the frames as rare as they may.
+constexpr Duration longest_search{10'000'000'000};
 /// What finding the spots of a whole picture takes, and more for each of them, in three-point problems.
 constexpr int work_of_a_picture = 1000;
 constexpr int work_of_a_spot = 22;
-/// Mean size of the windows, of six at least, from which on the whole picture takes less: they overlap, and what is found in them is
-/// fitted more closely.
+/// Mean size of the windows, of six at least, from which on the whole picture takes less: they overlap, and what is found
+/// in them is fitted more closely.
 constexpr int wide_window_px = 2000;
 constexpr std::size_t least_windows = 6;
 
@@ -110,11 +112,13 @@ Status CoopNavigator::process(std::span<const CameraImage> images, Time time, St
 }
 
 Status CoopNavigator::acquire(std::span<const CameraImage> images, Time time, StepReport& report) {
-  if (search_ == Search::found) {
+  // After a gap, or on a new time base, the spots are of no use.
+  const bool is_of_use = looked_at_ < time && time - looked_at_ <= longest_search;
+  if (search_ == Search::found && is_of_use) {
     begin_filter();
     return track(images, time, report);
   }
-  const bool goes_on = search_ == Search::running && (searches_left_ > 0 || acquisition_.is_weighing());
+  const bool goes_on = search_ == Search::running && is_of_use && (searches_left_ > 0 || acquisition_.is_weighing());
   const Status status = goes_on ? search(config_.search.max_hypotheses, report) : look(images, time, report);
   report.matched = 0;
   for (std::size_t c = 0; c < images.size(); ++c) {

@@ -379,6 +379,28 @@ TEST(CoopNavigator, ASearchOfSeveralFramesIsMetAgainAndStartsAtTheTimeOfItsSpots
   check_rates();  // a pose that bears another time than its own gives other rates
 }
 
+TEST(CoopNavigator, ASearchDoesNotOutliveAGapOrANewTimeBase) {
+  for (const int jump : {-30, 200}) {  // frames
+    for (const int before : {1, 2}) {  // frames: the search runs; it has found
+      configure(test::one_camera(), test::eight_leds());
+      scene.pose.t_CT = Vec3(-0.3, 0.2, 6.0);
+      frame = 100;
+      const std::vector<Vec2> clutter = clutter_of(45);
+      for (int k = 0; k < before; ++k, next()) {
+        scene.render({}, clutter);
+        CHECK_TRUE(process() == Status::unfinished);
+      }
+      // The target is elsewhere by now, and alone: it has to be looked for anew, and is found at once.
+      frame += jump;
+      scene.pose.t_CT += Vec3(0.8, -0.5, 0.5);
+      scene.render();
+      CHECK_TRUE(process() == Status::ok);
+      LONGS_EQUAL(8, report->inliers);
+      check_pose();
+    }
+  }
+}
+
 TEST(CoopNavigator, SpotsThatLeadNowhereGiveWayToThoseOfALaterFrame) {
   configure(test::one_camera(), test::eight_leds());
   scene.render({0, 1, 2, 3, 4, 5, 6, 7}, clutter_of(60));
