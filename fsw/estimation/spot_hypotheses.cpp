@@ -73,14 +73,12 @@ void SpotTrial::begin(std::uint16_t camera, const Spots& spots, int least_hits, 
   order_ = 0;
   triple_ = 0;
   least_hits_ = least_hits;
-  least_elsewhere_ = 0;
   camera_ = camera;
   is_open_ = true;
 }
 
 void SpotTrial::begin_mated(const SpotMates& mates, const Spots& spots, std::size_t keep) {
   begin(0, spots, 0, keep);
-  least_elsewhere_ = 3;
   distance_ = {mates.distance(spots[0], spots[1]), mates.distance(spots[0], spots[2]),
                mates.distance(spots[1], spots[2])};
 }
@@ -150,13 +148,12 @@ void SpotTrial::solve(const SpotScene& scene, const MarkerTriples::Triple& tripl
     const bool alone = scene.rig.size() == 1;
     const int needed = alone ? std::max(least_hits_, best_.least_hits()) : least_hits_;
     if (!count_hits(scene, camera_, pose_K, founders, founding_spots, needed, trial)) continue;
-    const int here = trial.hits;
     for (std::size_t other = 0; other < scene.rig.size(); ++other) {
       if (other == camera_ || scene.fields[other].count() == 0) continue;
       const auto number = static_cast<std::uint16_t>(other);
       static_cast<void>(count_hits(scene, number, in_camera(scene.rig[other], pose), 0, 0, 0, trial));
     }
-    if (trial.hits - here >= least_elsewhere_) best_.offer({pose, trial.hits, trial.d2});
+    best_.offer({pose, trial.hits, trial.d2});
   }
 }
 

@@ -46,8 +46,7 @@ class SpotTrial {
   using Spots = std::array<std::uint8_t, 3>;
 
   void begin(std::uint16_t camera, const Spots& spots, int least_hits, std::size_t keep);
-  /// Of the first camera of two: by their mates the spots bound the distances of the markers, and as many images of these are
-  /// seen in the second camera.
+  /// Of the first camera of two: by their mates the spots bound the distances of the markers.
   void begin_mated(const SpotMates& mates, const Spots& spots, std::size_t keep);
   /// Goes on until effort.work reaches `limit`. True: done.
   [[nodiscard]] bool advance(const SpotScene& scene, const MarkerTriples& triples, int limit, SearchEffort& effort);
@@ -66,7 +65,6 @@ class SpotTrial {
   std::size_t order_ = 0;                      ///< where advance() goes on
   std::size_t triple_ = 0;                     ///<
   int least_hits_ = 0;
-  int least_elsewhere_ = 0;  ///< hits in the other camera
   std::uint16_t camera_ = 0;
   bool is_open_ = false;
 };

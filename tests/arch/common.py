@@ -75,6 +75,13 @@ def output(command):
     return result.stdout
 
 
+def add_archive_arguments(parser):
+    """Of the checks that look into archives, of any target."""
+    parser.add_argument("--archives", type=pathlib.Path, default=ROOT / "build/host/lib")
+    parser.add_argument("--nm", default="nm")
+    parser.add_argument("--readelf", default="readelf")
+
+
 class Seed:
     """A small tree, and a piece of the message that the check must give for it (None: it must pass)."""
 

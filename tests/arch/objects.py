@@ -90,11 +90,5 @@ def on_tree(arguments):
     return missing or check_archives(archives, arguments.readelf, arguments.nm)
 
 
-def add_arguments(parser):
-    parser.add_argument("--archives", type=pathlib.Path, default=common.ROOT / "build/host/lib")
-    parser.add_argument("--readelf", default="readelf")
-    parser.add_argument("--nm", default="nm")
-
-
 if __name__ == "__main__":
-    common.main(__doc__, check_sources, SEEDS, add_arguments, on_tree)
+    common.main(__doc__, check_sources, SEEDS, common.add_archive_arguments, on_tree)

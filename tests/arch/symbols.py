@@ -148,11 +148,5 @@ def on_tree(arguments):
     return missing + check_archives(arguments.archives, arguments.nm, arguments.readelf)
 
 
-def add_arguments(parser):
-    parser.add_argument("--archives", type=pathlib.Path, default=common.ROOT / "build/host/lib")
-    parser.add_argument("--nm", default="nm")
-    parser.add_argument("--readelf", default="readelf")
-
-
 if __name__ == "__main__":
-    common.main(__doc__, check_sources, SEEDS, add_arguments, on_tree)
+    common.main(__doc__, check_sources, SEEDS, common.add_archive_arguments, on_tree)

@@ -291,13 +291,16 @@ TEST(SpotAcquisition, two_cameras_try_few_triples_of_what_both_see) {
   SpotSimulation simulation(118);
   SpotScenario s = four_in_a_square();
   s.clutter = 20;
-  int most = 0;
+  int most = 0, all = 0, found = 0;
   for (int k = 0; k < 20; ++k) {
     const RigSpots spots = simulation.spots(two_cameras(), four_leds(), simulation.pose(s), s);
-    if (search(two_cameras(), four_leds(), spots, {}, near_zero()) == Status::ok)
-      most = std::max(most, acquired.effort.work);
+    if (search(two_cameras(), four_leds(), spots, {}, near_zero()) != Status::ok) continue;
+    most = std::max(most, acquired.effort.work);
+    all += acquired.effort.work;
+    ++found;
   }
-  CHECK_TRUE_TEXT(most > 0 && most < 8000, StringFromFormat("%d", most).asCharString());
+  const SimpleString text = StringFromFormat("%d found, work %d, at most %d", found, all, most);
+  CHECK_TRUE_TEXT(found >= 18 && most < 8000 && all < 25000, text.asCharString());
 }
 
 TEST(SpotAcquisition, says_what_is_wrong_with_its_arguments) {
