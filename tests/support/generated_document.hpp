@@ -13,7 +13,7 @@ namespace relnav::test {
 /// environment it is written there.
 inline void check_generated(const std::string& document, const std::string& begin_marker, const std::string& end_marker,
                             const std::string& made, const char* update) {
-  const std::string path = std::string(RELNAV_SOURCE_DIR) + "/" + document;
+  const std::string path = RELNAV_SOURCE_DIR "/" + document;
   std::ifstream file(path);
   CHECK_TRUE_TEXT(file.is_open(), path.c_str());
   std::stringstream content;
