@@ -35,10 +35,10 @@ class GpiodV2 final : public GpioBackend {
   Status open(const std::string& path) override {
     close();
     path_ = path;
-    chip_.reset(gpiod_chip_open(path.c_str()));
-    const ChipInfo info(chip_ ? gpiod_chip_get_info(chip_.get()) : nullptr);
     events_.reset(gpiod_edge_event_buffer_new(kernel_edges));
-    if (!info || !events_) {
+    chip_.reset(events_ ? gpiod_chip_open(path.c_str()) : nullptr);
+    const ChipInfo info(chip_ ? gpiod_chip_get_info(chip_.get()) : nullptr);
+    if (!info) {
       const int error = errno;
       problem_ = path + ": cannot be opened as a GPIO chip: " + std::strerror(error);
       close();
