@@ -1,4 +1,4 @@
-#include "platform/host/file_packet_link.hpp"
+#include "platform/posix/file_packet_link.hpp"
 
 #include <fcntl.h>
 #include <sys/types.h>
@@ -7,7 +7,7 @@
 #include <cerrno>
 #include <cstddef>
 
-namespace relnav::platform::host {
+namespace relnav::platform::posix {
 
 FilePacketLink::~FilePacketLink() { static_cast<void>(close()); }
 
@@ -36,4 +36,4 @@ Status FilePacketLink::send(std::span<const std::uint8_t> packet) {
   return written > 0 || error == ENOSPC ? Status::no_capacity : Status::io_error;
 }
 
-}  // namespace relnav::platform::host
+}  // namespace relnav::platform::posix

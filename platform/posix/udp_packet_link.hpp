@@ -5,7 +5,7 @@
 
 #include "hal/packet_link.hpp"
 
-namespace relnav::platform::host {
+namespace relnav::platform::posix {
 
 /// One datagram a packet. Nobody listening is not an error.
 class UdpPacketLink final : public hal::PacketLink {
@@ -32,4 +32,4 @@ class UdpPacketLink final : public hal::PacketLink {
   std::uint32_t address_bytes_ = 0;
 };
 
-}  // namespace relnav::platform::host
+}  // namespace relnav::platform::posix

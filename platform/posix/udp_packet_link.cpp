@@ -1,4 +1,4 @@
-#include "platform/host/udp_packet_link.hpp"
+#include "platform/posix/udp_packet_link.hpp"
 
 #include <netdb.h>
 #include <sys/socket.h>
@@ -9,7 +9,7 @@
 #include <cstdio>
 #include <cstring>
 
-namespace relnav::platform::host {
+namespace relnav::platform::posix {
 
 UdpPacketLink::~UdpPacketLink() { close(); }
 
@@ -63,4 +63,4 @@ Status UdpPacketLink::send(std::span<const std::uint8_t> packet) {
   }
 }
 
-}  // namespace relnav::platform::host
+}  // namespace relnav::platform::posix

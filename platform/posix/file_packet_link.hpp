@@ -4,7 +4,7 @@
 
 #include "hal/packet_link.hpp"
 
-namespace relnav::platform::host {
+namespace relnav::platform::posix {
 
 /// Packets one after the other in a file.
 class FilePacketLink final : public hal::PacketLink {
@@ -28,4 +28,4 @@ class FilePacketLink final : public hal::PacketLink {
   int file_ = -1;
 };
 
-}  // namespace relnav::platform::host
+}  // namespace relnav::platform::posix
