@@ -1,7 +1,7 @@
 #include "hil/serve/frame_source.hpp"
 
-#include "hil/io/input_error.hpp"
-#include "hil/io/text.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/text.hpp"
 
 namespace relnav::hil {
 

@@ -9,8 +9,8 @@
 #include <cstring>
 #include <thread>
 
-#include "hil/io/input_error.hpp"
-#include "hil/io/text.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/text.hpp"
 
 namespace relnav::hil {
 namespace {

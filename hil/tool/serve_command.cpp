@@ -2,11 +2,11 @@
 #include <filesystem>
 #include <memory>
 
-#include "hil/io/input_error.hpp"
-#include "hil/io/text.hpp"
 #include "hil/serve/frame_player.hpp"
 #include "hil/tool/commands.hpp"
 #include "hil/tool/interrupt.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/text.hpp"
 #ifdef RELNAV_HAS_GIGE
 #include "hil/serve/gige_server.hpp"
 #endif
