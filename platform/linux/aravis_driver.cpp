@@ -144,9 +144,9 @@ Status AravisDriver::start_stream(const CameraSettings& settings) {
 void AravisDriver::close() {
   if (!session_) return;
   const bool answers = session_->answers();
-  std::future<void> end = AravisSession::end(std::move(session_));
+  std::future<void> end = AravisSession::end(std::move(session_), answers);
   if (answers) return end.wait();
-  constexpr std::size_t most_former = 4;
+  constexpr std::size_t most_former = 16;
   std::erase_if(former_,
                 [](const auto& f) { return f.wait_for(std::chrono::seconds(0)) == std::future_status::ready; });
   if (former_.size() == most_former) former_.erase(former_.begin());  // waits for it

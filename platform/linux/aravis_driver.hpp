@@ -26,8 +26,7 @@ class AravisDriver final : public CameraDriver {
   /// Looks for an address at most 0.3 s, for a name as long as Aravis' discovery takes (about 1 s). A camera that vanishes
   /// while it is opened costs 3 s.
   Status open(const CameraSettings& settings) override;
-  /// At most 0.5 s; a camera that has vanished is taken down in the background (the fifth within 10 s waits for
-  /// the first).
+  /// At most 0.5 s: a camera that has vanished is taken down in the background (of 17 within 10 s, the last waits for the first).
   void close() override;
   Status take(Duration wait, RawImage& image) override;
   Status give_back(std::uint32_t buffer) override;

@@ -59,15 +59,16 @@ void AravisSession::run() {
   }
 }
 
-std::future<void> AravisSession::end(std::unique_ptr<AravisSession> session) {
+std::future<void> AravisSession::end(std::unique_ptr<AravisSession> session, bool stop) {
+  session->stop_ = stop;
   return std::async(std::launch::async, [owned = std::move(session)]() mutable { owned.reset(); });
 }
 
 void AravisSession::take_down() {
   g_signal_handlers_disconnect_by_data(arv_camera_get_device(camera_), this);
   AravisFailure failure;
-  if (stream_ != nullptr && answers()) arv_camera_stop_acquisition(camera_, failure);  // it stops with us anyway
-  g_clear_object(&stream_);                                                            // with its thread
+  if (stream_ != nullptr && stop_) arv_camera_stop_acquisition(camera_, failure);
+  g_clear_object(&stream_);  // with its thread
   for (ArvBuffer* const buffer : buffers_) g_object_unref(buffer);
   g_clear_object(&camera_);
 }

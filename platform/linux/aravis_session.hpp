@@ -40,8 +40,9 @@ class AravisSession {
   /// Sends a software trigger, later: never blocks.
   void trigger();
 
-  /// Stops the camera and takes everything down, in a thread of its own: at once where the camera answers.
-  static std::future<void> end(std::unique_ptr<AravisSession> session);
+  /// Takes everything down in a thread of its own: at once where the camera answers, in up to 10 s where it does not. `stop`: it
+  /// is told to stop; not for one that has vanished, as somebody else may use it when it is back.
+  static std::future<void> end(std::unique_ptr<AravisSession> session, bool stop);
   /// For a camera on a network: whether it answers now (at most 0.3 s). Any other: whether it is not lost.
   [[nodiscard]] bool answers() const;
 
@@ -57,6 +58,7 @@ class AravisSession {
   std::mutex mutex_;
   std::condition_variable asked_;
   bool trigger_asked_ = false;
+  bool stop_ = false;
   bool ending_ = false;
   std::thread thread_;
 };
