@@ -31,8 +31,8 @@ std::string because(const std::string& what) { return what + ": " + std::strerro
 
 }  // namespace
 
-V4l2Sink::V4l2Sink(std::string device, const std::string& trigger_file)
-    : device_(std::move(device)), trigger_(trigger_file) {}
+V4l2Sink::V4l2Sink(std::string device, std::string trigger)
+    : device_(std::move(device)), trigger_(std::move(trigger)) {}
 
 void V4l2Sink::fail(const std::string& problem, const std::string& expected) {
   unplug();
@@ -51,6 +51,7 @@ void V4l2Sink::plug(const FrameShape& shape) {
   map_buffers();
   int type = V4L2_BUF_TYPE_VIDEO_OUTPUT;
   if (control(fd_, VIDIOC_STREAMON, &type) < 0) fail(because("does not stream"), a_loopback);
+  trigger_.open();
 }
 
 void V4l2Sink::set_format(const FrameShape& shape) {
@@ -100,10 +101,11 @@ void V4l2Sink::unplug() {
   mappings_.clear();
   ::close(fd_);
   fd_ = -1;
+  trigger_.close();
 }
 
 bool V4l2Sink::write(const ServedFrame& frame, Duration wait) {
-  if (!trigger_.wait_for_edge(wait)) return false;
+  if (!trigger_.wait(wait)) return false;
   if (!frame.lost) send(frame);
   return true;
 }

@@ -5,7 +5,7 @@
 #include <vector>
 
 #include "hil/serve/frame_sink.hpp"
-#include "hil/serve/trigger_file.hpp"
+#include "hil/serve/trigger_input.hpp"
 
 namespace relnav::hil {
 
@@ -15,9 +15,9 @@ namespace relnav::hil {
 /// each frame whole: the driver has one ring of buffers for both sides, and a fast writer overtakes a reader.
 class V4l2Sink final : public FrameSink {
  public:
-  /// `trigger_file`: see TriggerFile; each frame waits for it. Empty: frames go out when the player says so, and since nobody
+  /// `trigger`: path of a TriggerInput; each frame waits for it. Empty: frames go out when the player says so, and since nobody
   /// can see whether there is a reader, every one counts as sent.
-  V4l2Sink(std::string device, const std::string& trigger_file);
+  V4l2Sink(std::string device, std::string trigger);
   V4l2Sink(const V4l2Sink&) = delete;
   V4l2Sink& operator=(const V4l2Sink&) = delete;
   ~V4l2Sink() override { unplug(); }
@@ -39,7 +39,7 @@ class V4l2Sink final : public FrameSink {
   [[noreturn]] void fail(const std::string& problem, const std::string& expected);
 
   std::string device_;
-  TriggerFile trigger_;
+  TriggerInput trigger_;
   int fd_ = -1;
   std::vector<Mapping> mappings_;
   std::uint32_t next_ = 0;  ///< index of the buffer to fill

@@ -1,13 +1,12 @@
 // In the guest: hal::GpioLines on the kernel's own GPIO interface. make_lines has made eight lines, STROBE and PPS the first.
 #include <CppUTest/TestHarness.h>
-#include <dirent.h>
-#include <time.h>
 
 #include <memory>
 
 #include "platform/linux/gpiod_lines.hpp"
 #include "platform/linux/monotonic_clock.hpp"
 #include "tests/contract/gpio_lines_contract.hpp"
+#include "tests/hil/vm/guest_resources.hpp"
 #include "tests/hil/vm/simulated_lines.hpp"
 
 namespace {
@@ -46,14 +45,6 @@ class Harness {
   std::unique_ptr<relnav::platform::linux::GpioBackend> backend_ = make_gpiod_backend();
   GpiodLines lines_{*backend_};
 };
-
-int open_files() {
-  int count = 0;
-  DIR* folder = ::opendir("/proc/self/fd");
-  while (::readdir(folder) != nullptr) ++count;
-  ::closedir(folder);
-  return count;
-}
 
 }  // namespace
 
@@ -132,7 +123,7 @@ TEST(GuestLines, ALineOfAnotherProcessIsRefused) {
 
 // Not more often: Linux 6.1 itself never gives back the numbers of a chip that vanished with lines requested, and has 512.
 TEST(GuestLines, FiftyLossesLeakNothing) {
-  const int before = open_files();
+  const int before = relnav::test::resources().files;
   for (int i = 0; i < 50; ++i) {
     CHECK_TRUE(harness.lines().request_output(0, true) == Status::ok);
     CHECK_TRUE(harness.lines().request_input(1, Edges::both) == Status::ok);
@@ -145,5 +136,5 @@ TEST(GuestLines, FiftyLossesLeakNothing) {
     CHECK_TRUE(harness.level(0));
     CHECK_TRUE(harness.lines().release(0) == Status::ok);
   }
-  LONGS_EQUAL(before, open_files());
+  LONGS_EQUAL(before, relnav::test::resources().files);
 }
