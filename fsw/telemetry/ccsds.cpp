@@ -5,15 +5,6 @@
 
 namespace relnav::telemetry {
 
-namespace {
-
-[[nodiscard]] std::size_t message_index(PacketId id, std::uint8_t subtype) {
-  const auto index = static_cast<std::size_t>(id);
-  return id == PacketId::event ? index + subtype - definition_of(id).subtype_first : index;
-}
-
-}  // namespace
-
 Status validate(const PacketConfig& config) {
   for (std::uint32_t offset = 0; offset < packet_count; ++offset) {
     if (!is_usable_apid(config.apid_base + offset)) return Status::invalid_argument;

@@ -30,6 +30,9 @@ static_assert(packet_size(definition_of(PacketId::rel_state)) <= max_packet_byte
 static_assert(packet_size(definition_of(PacketId::features), max_features_per_packet) <= max_packet_bytes);
 static_assert(packet_size(definition_of(PacketId::health)) <= max_packet_bytes);
 static_assert(packet_size(definition_of(PacketId::event)) <= max_packet_bytes);
+static_assert(packet_size(definition_of(PacketId::time)) <= max_packet_bytes);
+static_assert(packet_size(definition_of(PacketId::command_ack)) <= max_packet_bytes);
+static_assert(packet_size(definition_of(PacketId::pong)) <= max_packet_bytes);
 
 /// False for those that other software keeps for itself: 0..6, 0xFE and 0xFF (F Prime), 2045 (CFDP), 0x7FF (idle).
 [[nodiscard]] constexpr bool is_usable_apid(std::uint32_t apid) {
@@ -55,13 +58,11 @@ class PacketContext {
   [[nodiscard]] const PacketConfig& config() const { return config_; }
 
   [[nodiscard]] std::uint16_t sequence_count(PacketId id) const { return sequence_[static_cast<std::size_t>(id)]; }
-  /// Messages of one type: of a packet, and of a severity for events.
+  /// Messages of one type: of a packet and subtype.
   [[nodiscard]] std::uint16_t message_count(PacketId id, std::uint8_t subtype) const;
   void advance(PacketId id, std::uint8_t subtype);
 
  private:
-  static constexpr std::size_t message_types = packet_count - 1 + 4;
-
   PacketConfig config_;
   std::array<std::uint16_t, packet_count> sequence_{};
   std::array<std::uint16_t, message_types> messages_{};

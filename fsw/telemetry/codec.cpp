@@ -91,6 +91,21 @@ struct Traits<EventPacket> {
   static constexpr PacketId id = PacketId::event;
   static constexpr const auto& fields = event_fields;
 };
+template <>
+struct Traits<TimePacket> {
+  static constexpr PacketId id = PacketId::time;
+  static constexpr const auto& fields = time_fields;
+};
+template <>
+struct Traits<CommandAckPacket> {
+  static constexpr PacketId id = PacketId::command_ack;
+  static constexpr const auto& fields = command_ack_fields;
+};
+template <>
+struct Traits<PongPacket> {
+  static constexpr PacketId id = PacketId::pong;
+  static constexpr const auto& fields = pong_fields;
+};
 
 template <typename Packet>
 inline constexpr bool has_entries = requires(const Packet& packet) {
@@ -192,6 +207,9 @@ Status decode_packet(std::span<const std::uint8_t> bytes, const PacketConfig& co
     if (event == nullptr) return Status::unsupported;
     if (opened.value().header.subtype != static_cast<std::uint8_t>(event->severity)) return Status::invalid_argument;
   }
+  if constexpr (Traits<Packet>::id == PacketId::command_ack) {
+    if (!is_command_stage(read.stage) || opened.value().header.subtype != read.stage) return Status::invalid_argument;
+  }
   if constexpr (Traits<Packet>::id == PacketId::features) {
     if (read.part >= read.parts) return Status::invalid_argument;
   }
@@ -222,6 +240,19 @@ Expected<std::size_t> encode(const EventPacket& packet, PacketContext& context, 
   const EventDefinition* event = find_event(packet.event_id);
   if (event == nullptr) return Status::invalid_argument;
   return encode_packet(packet, static_cast<std::uint8_t>(event->severity), context, buffer);
+}
+
+Expected<std::size_t> encode(const TimePacket& packet, PacketContext& context, std::span<std::uint8_t> buffer) {
+  return encode_packet(packet, definition_of(PacketId::time).subtype_first, context, buffer);
+}
+
+Expected<std::size_t> encode(const CommandAckPacket& packet, PacketContext& context, std::span<std::uint8_t> buffer) {
+  if (!is_command_stage(packet.stage)) return Status::invalid_argument;
+  return encode_packet(packet, packet.stage, context, buffer);
+}
+
+Expected<std::size_t> encode(const PongPacket& packet, PacketContext& context, std::span<std::uint8_t> buffer) {
+  return encode_packet(packet, definition_of(PacketId::pong).subtype_first, context, buffer);
 }
 
 Expected<OpenedPacket> open_packet(std::span<const std::uint8_t> bytes, const PacketConfig& config) {
@@ -267,6 +298,15 @@ Status decode(std::span<const std::uint8_t> bytes, const PacketConfig& config, H
   return decode_packet(bytes, config, packet);
 }
 Status decode(std::span<const std::uint8_t> bytes, const PacketConfig& config, EventPacket& packet) {
+  return decode_packet(bytes, config, packet);
+}
+Status decode(std::span<const std::uint8_t> bytes, const PacketConfig& config, TimePacket& packet) {
+  return decode_packet(bytes, config, packet);
+}
+Status decode(std::span<const std::uint8_t> bytes, const PacketConfig& config, CommandAckPacket& packet) {
+  return decode_packet(bytes, config, packet);
+}
+Status decode(std::span<const std::uint8_t> bytes, const PacketConfig& config, PongPacket& packet) {
   return decode_packet(bytes, config, packet);
 }
 

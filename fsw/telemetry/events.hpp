@@ -47,6 +47,11 @@ enum class EventId : std::uint16_t {
   spots_dropped = 25,
   pair_incomplete = 26,
   safe_state_entered = 27,
+  time_synchronised = 28,
+  time_lost = 29,
+  time_jumped = 30,
+  command_refused = 31,
+  line_failed = 32,
 };
 
 struct EventDefinition {
@@ -57,7 +62,7 @@ struct EventDefinition {
   std::array<const char*, 4> args;  ///< meaning of each argument; "" for one that is not used (and 0)
 };
 
-inline constexpr std::array<EventDefinition, 27> event_definitions{{
+inline constexpr std::array<EventDefinition, 32> event_definitions{{
     {EventId::mode_changed,
      "mode_changed",
      Severity::info,
@@ -190,6 +195,31 @@ inline constexpr std::array<EventDefinition, 27> event_definitions{{
      "The program cannot go on: the last packet before the platform's safe state. Cause and details are the "
      "platform's.",
      {"cause", "where", "detail", ""}},
+    {EventId::time_synchronised,
+     "time_synchronised",
+     Severity::info,
+     "The pulses give offset and drift of the clock against TAI.",
+     {"drift_ppb", "residual_ns", "pulses_used", ""}},
+    {EventId::time_lost,
+     "time_lost",
+     Severity::medium,
+     "No pulse comes any more; TAI goes on by the last offset and drift.",
+     {"pulse_age_ms", "drift_ppb", "pulses_used", ""}},
+    {EventId::time_jumped,
+     "time_jumped",
+     Severity::medium,
+     "The pulses moved against the clock for good; the offset to TAI starts anew.",
+     {"step_ns", "pulses_refused", "", ""}},
+    {EventId::command_refused,
+     "command_refused",
+     Severity::low,
+     "A telecommand was damaged, unknown, or could not be carried out.",
+     {"service", "subtype", "sequence_count", "refused_commands"}},
+    {EventId::line_failed,
+     "line_failed",
+     Severity::medium,
+     "A digital line does not work; it is requested anew.",
+     {"line", "failures", "", ""}},
 }};
 
 /// nullptr for an id that is not in the table.

@@ -15,8 +15,16 @@
 namespace relnav::telemetry {
 
 /// Also the packet's APID offset from the configured base, and the PUS structure id minus one (service 3).
-enum class PacketId : std::uint8_t { rel_state = 0, features = 1, health = 2, event = 3 };
-inline constexpr std::size_t packet_count = 4;
+enum class PacketId : std::uint8_t {
+  rel_state = 0,
+  features = 1,
+  health = 2,
+  event = 3,
+  time = 4,
+  command_ack = 5,
+  pong = 6
+};
+inline constexpr std::size_t packet_count = 7;
 
 inline constexpr std::size_t max_packet_bytes = 1400;
 inline constexpr std::size_t max_features_per_packet = 64;
@@ -30,6 +38,23 @@ enum class Estimator : std::uint8_t {
   orthogonal = 5
 };
 enum class FrameCode : std::uint8_t { camera_0 = 0, camera_1 = 1, target = 2, chaser_body = 3, inertial = 4 };
+
+/// How well the clock's offset to TAI is known.
+enum class SyncStatus : std::uint8_t {
+  none = 0,      ///< no pulse so far
+  coarse = 1,    ///< pulses came, too few for the drift
+  locked = 2,    ///< offset and drift follow the pulses
+  holdover = 3,  ///< no pulse any more: both are the last known
+};
+/// Who said which second of TAI a pulse is.
+enum class SecondsSource : std::uint8_t { configuration = 0, command = 1 };
+
+/// What became of a telecommand; its number is the PUS service 1 subtype.
+enum class CommandStage : std::uint8_t { accepted = 1, refused = 2, done = 7, failed = 8 };
+
+[[nodiscard]] constexpr bool is_command_stage(std::uint8_t subtype) {
+  return subtype == 1 || subtype == 2 || subtype == 7 || subtype == 8;
+}
 
 /// Bits of RelStatePacket::valid_flags. A quantity whose bit is clear is filled with zeros (q_CT: identity).
 namespace valid {
@@ -108,6 +133,10 @@ struct HealthPacket {
   std::uint32_t telemetry_dropped = 0;
   std::uint32_t event_count = 0;
   std::uint32_t events_suppressed = 0;
+  std::uint32_t latency_us = 0;
+  std::uint32_t latency_max_us = 0;
+  std::uint32_t arrival_latency_us = 0;
+  std::uint32_t arrival_latency_max_us = 0;
 };
 
 struct EventPacket {
@@ -118,6 +147,34 @@ struct EventPacket {
   std::uint64_t time_ns = 0;
   std::uint32_t frame_sequence = 0;
   std::array<std::int64_t, 4> args{};
+};
+
+struct TimePacket {
+  std::uint64_t time_ns = 0;
+  std::uint64_t tai_ns = 0;
+  std::int32_t drift_ppb = 0;
+  std::int32_t residual_ns = 0;
+  std::uint32_t pulse_age_ms = 0;
+  std::uint32_t pulses_used = 0;
+  std::uint32_t pulses_missed = 0;
+  std::uint32_t pulses_refused = 0;
+  std::uint8_t sync = 0;
+  std::uint8_t seconds_source = 0;
+  std::int32_t exposure_offset_ns = 0;
+};
+
+struct CommandAckPacket {
+  std::uint16_t request_packet_id = 0;
+  std::uint16_t request_sequence = 0;
+  std::uint8_t stage = static_cast<std::uint8_t>(CommandStage::accepted);
+  std::uint8_t code = 0;
+  std::uint8_t service = 0;
+  std::uint8_t subtype = 0;
+  std::uint64_t time_ns = 0;
+};
+
+struct PongPacket {
+  std::uint64_t time_ns = 0;
 };
 
 namespace labels {
@@ -147,6 +204,9 @@ inline constexpr std::array<Label, 4> health_items{{{health::camera_streaming, "
                                                     {health::filter_running, "filter_running"},
                                                     {health::arithmetic_overflow, "arithmetic_overflow"},
                                                     {health::second_camera_streaming, "second_camera_streaming"}}};
+inline constexpr std::array<Label, 4> sync_items{{{0, "none"}, {1, "coarse"}, {2, "locked"}, {3, "holdover"}}};
+inline constexpr std::array<Label, 2> seconds_items{{{0, "configuration"}, {1, "command"}}};
+inline constexpr std::array<Label, 4> stage_items{{{1, "accepted"}, {2, "refused"}, {7, "done"}, {8, "failed"}}};
 
 [[nodiscard]] consteval std::array<Label, static_cast<std::size_t>(Status::unfinished) + 1U> make_status_items() {
   std::array<Label, static_cast<std::size_t>(Status::unfinished) + 1U> items{};
@@ -172,6 +232,9 @@ inline constexpr Labels status{LabelKind::enumeration, "Status", status_items};
 inline constexpr Labels event{LabelKind::enumeration, "EventId", event_items};
 inline constexpr Labels valid_flags{LabelKind::flags, "ValidFlags", valid_items};
 inline constexpr Labels health_flags{LabelKind::flags, "HealthFlags", health_items};
+inline constexpr Labels sync{LabelKind::enumeration, "SyncStatus", sync_items};
+inline constexpr Labels seconds{LabelKind::enumeration, "SecondsSource", seconds_items};
+inline constexpr Labels stage{LabelKind::enumeration, "CommandStage", stage_items};
 
 }  // namespace labels
 
@@ -237,7 +300,15 @@ inline constexpr auto health_fields = std::tuple{
     field(&HealthPacket::telemetry_dropped, "telemetry_dropped", "", "Packets the link did not take since start"),
     field(&HealthPacket::event_count, "event_count", "", "Events since start, reported or not"),
     field(&HealthPacket::events_suppressed, "events_suppressed", "",
-          "Events not reported one by one since start (rate limit)")};
+          "Events not reported one by one since start (rate limit)"),
+    field(&HealthPacket::latency_us, "latency_us", "us",
+          "From mid-exposure to the first packet of the frame, latest frame; 0 where its stamps are of another clock than "
+          "the loop's"),
+    field(&HealthPacket::latency_max_us, "latency_max_us", "us", "Largest latency since the previous HEALTH"),
+    field(&HealthPacket::arrival_latency_us, "arrival_latency_us", "us",
+          "From the first data of the frame to its first packet, latest frame; 0 as latency_us"),
+    field(&HealthPacket::arrival_latency_max_us, "arrival_latency_max_us", "us",
+          "Largest arrival latency since the previous HEALTH")};
 
 inline constexpr auto event_fields = std::tuple{
     field(&EventPacket::event_id, "event_id", "", "What happened", labels::event),
@@ -249,11 +320,42 @@ inline constexpr auto event_fields = std::tuple{
     field(&EventPacket::frame_sequence, "frame_sequence", "", "Sequence number of that frame"),
     field(&EventPacket::args, "args", "", "Arguments, see the table of events")};
 
+inline constexpr auto time_fields = std::tuple{
+    field(&TimePacket::time_ns, "time_ns", "ns", "The latest pulse that was used, by the loop's clock, smoothed"),
+    field(&TimePacket::tai_ns, "tai_ns", "ns", "TAI of that pulse since 1958-01-01: a whole second"),
+    field(&TimePacket::drift_ppb, "drift_ppb", "1e-9", "Rate of the loop's clock against TAI, minus 1"),
+    field(&TimePacket::residual_ns, "residual_ns", "ns", "The pulse minus where it was expected, saturated"),
+    field(&TimePacket::pulse_age_ms, "pulse_age_ms", "ms", "From the pulse to this packet, saturated"),
+    field(&TimePacket::pulses_used, "pulses_used", "", "Pulses used since start"),
+    field(&TimePacket::pulses_missed, "pulses_missed", "", "Pulses that did not come between those used, since start"),
+    field(&TimePacket::pulses_refused, "pulses_refused", "", "Edges at a time when no pulse was due, since start"),
+    field(&TimePacket::sync, "sync", "", "How well TAI is known", labels::sync),
+    field(&TimePacket::seconds_source, "seconds_source", "", "Where the whole seconds of TAI are from", labels::seconds),
+    field(&TimePacket::exposure_offset_ns, "exposure_offset_ns", "ns",
+          "Stamp of the latest frame minus the middle of its exposure by the exposure line; 0 when that is not known")};
+
+inline constexpr auto command_ack_fields = std::tuple{
+    field(&CommandAckPacket::request_packet_id, "request_packet_id", "",
+          "First two bytes of the telecommand (its APID: the lower 11 bits)"),
+    field(&CommandAckPacket::request_sequence, "request_sequence", "",
+          "Its next two bytes (sequence count: the lower 14 bits)"),
+    field(&CommandAckPacket::stage, "stage", "", "What became of it; also the message subtype", labels::stage),
+    field(&CommandAckPacket::code, "code", "", "Why; ok when accepted or done", labels::status),
+    field(&CommandAckPacket::service, "service", "", "Service type of the telecommand, 0 when unreadable"),
+    field(&CommandAckPacket::subtype, "subtype", "", "Message subtype of the telecommand, 0 when unreadable"),
+    field(&CommandAckPacket::time_ns, "time_ns", "ns", "When this was said, by the loop's clock")};
+
+inline constexpr auto pong_fields =
+    std::tuple{field(&PongPacket::time_ns, "time_ns", "ns", "When the ping was answered, by the loop's clock")};
+
 inline constexpr auto rel_state_field_definitions = definitions_of(rel_state_fields);
 inline constexpr auto features_field_definitions = definitions_of(features_fields);
 inline constexpr auto feature_entry_field_definitions = definitions_of(feature_entry_fields);
 inline constexpr auto health_field_definitions = definitions_of(health_fields);
 inline constexpr auto event_field_definitions = definitions_of(event_fields);
+inline constexpr auto time_field_definitions = definitions_of(time_fields);
+inline constexpr auto command_ack_field_definitions = definitions_of(command_ack_fields);
+inline constexpr auto pong_field_definitions = definitions_of(pong_fields);
 
 /// One packet. Its body is `fields`, then, if there are `entry_fields`, a u16 count and that many entries.
 struct PacketDefinition {
@@ -261,7 +363,7 @@ struct PacketDefinition {
   const char* name;
   std::uint16_t apid_offset;   ///< from the configured base
   std::uint8_t service;        ///< PUS service type
-  std::uint8_t subtype_first;  ///< PUS message subtypes; events have one a severity
+  std::uint8_t subtype_first;  ///< PUS message subtypes; events have one a severity, TC_ACK one a CommandStage
   std::uint8_t subtype_last;
   std::uint16_t structure_id;  ///< PUS structure id, a u16 in front of the body; 0: none
   const char* rate;
@@ -276,11 +378,25 @@ inline constexpr std::array<PacketDefinition, packet_count> packet_definitions{{
      feature_entry_field_definitions, max_features_per_packet},
     {PacketId::health, "HEALTH", 2, 3, 25, 25, 3, "every N frames", health_field_definitions, {}, 0},
     {PacketId::event, "EVENT", 3, 5, 1, 4, 0, "when something happens", event_field_definitions, {}, 0},
+    {PacketId::time, "TIME", 4, 3, 25, 25, 5, "each pulse used, and when they stay away", time_field_definitions, {}, 0},
+    {PacketId::command_ack, "TC_ACK", 5, 1, 1, 8, 0, "for each telecommand", command_ack_field_definitions, {}, 0},
+    {PacketId::pong, "PONG", 6, 17, 2, 2, 0, "for each ping", pong_field_definitions, {}, 0},
 }};
 
 [[nodiscard]] constexpr const PacketDefinition& definition_of(PacketId id) {
   return packet_definitions[static_cast<std::size_t>(id)];
 }
+
+/// Place of a message type among those of all packets, subtype by subtype: each has its own count.
+[[nodiscard]] constexpr std::size_t message_index(PacketId id, std::uint8_t subtype) {
+  std::size_t index = 0;
+  for (std::size_t i = 0; i < static_cast<std::size_t>(id); ++i) {
+    index += packet_definitions[i].subtype_last - packet_definitions[i].subtype_first + 1U;
+  }
+  return index + subtype - definition_of(id).subtype_first;
+}
+inline constexpr std::size_t message_types =
+    message_index(packet_definitions.back().id, packet_definitions.back().subtype_last) + 1U;
 
 /// Body bytes with `entries` entries.
 [[nodiscard]] constexpr std::size_t body_size(const PacketDefinition& definition, std::size_t entries = 0) {

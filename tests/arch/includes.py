@@ -38,7 +38,9 @@ def sees(path, room, other):
         return True
     if room.startswith("platform/"):
         if pathlib.PurePosixPath(path).name == "main.cpp":  # the one place that wires things up
-            return other in {"hal", "platform/posix"} or other.startswith("fsw/")
+            return other in {"hal", "platform/files", "platform/posix"} or other.startswith("fsw/")
+        if room == "platform/files":  # fills the flight code's configuration
+            return other.startswith("fsw/")
         return other in {"hal", "fsw/base"}
     return other in BELOW.get(room, set())
 

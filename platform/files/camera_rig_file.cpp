@@ -1,11 +1,11 @@
-#include "hil/io/camera_rig_file.hpp"
+#include "platform/files/camera_rig_file.hpp"
 
 #include <Eigen/Geometry>
 
-#include "hil/io/input_error.hpp"
-#include "hil/io/text.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/text.hpp"
 
-namespace relnav::hil {
+namespace relnav {
 namespace {
 
 constexpr double least_baseline_m = 1e-6;
@@ -79,4 +79,4 @@ std::string camera_file_text(const CameraCalibration& camera) {
   return text + "distortion_coefficients: " + list_text(c.coefficients.data(), coefficients) + "\n";
 }
 
-}  // namespace relnav::hil
+}  // namespace relnav

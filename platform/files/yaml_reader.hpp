@@ -5,7 +5,7 @@
 #include <string>
 #include <vector>
 
-namespace relnav::hil {
+namespace relnav {
 
 /// Line of a node in its file, from 1.
 [[nodiscard]] inline int line_of(const YAML::Node& node) { return node.Mark().line + 1; }
@@ -36,4 +36,4 @@ class YamlReader {
   YAML::Node node_;
 };
 
-}  // namespace relnav::hil
+}  // namespace relnav

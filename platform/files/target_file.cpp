@@ -1,4 +1,4 @@
-#include "hil/io/target_file.hpp"
+#include "platform/files/target_file.hpp"
 
 #include <Eigen/Geometry>
 #include <algorithm>
@@ -7,11 +7,11 @@
 #include <map>
 #include <string_view>
 
-#include "hil/io/input_error.hpp"
-#include "hil/io/text.hpp"
-#include "hil/io/yaml_reader.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/text.hpp"
+#include "platform/files/yaml_reader.hpp"
 
-namespace relnav::hil {
+namespace relnav {
 namespace {
 
 constexpr const char* feature_expectation = "features: [{id: 0, xyz: [x, y, z]}, ...]";
@@ -150,4 +150,4 @@ std::string target_file_text(const TargetModel& target) {
   return text;
 }
 
-}  // namespace relnav::hil
+}  // namespace relnav

@@ -4,7 +4,7 @@
 #include "fsw/geometry/camera_model.hpp"
 #include "fsw/math/types.hpp"
 
-namespace relnav::hil {
+namespace relnav {
 
 /// What a camera calibration file says.
 struct CameraCalibration {
@@ -17,4 +17,4 @@ struct CameraCalibration {
 /// Throws InputError, with the line where one applies.
 [[nodiscard]] CameraCalibration read_camera_file(const std::string& path, int index = 0);
 
-}  // namespace relnav::hil
+}  // namespace relnav

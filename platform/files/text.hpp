@@ -5,7 +5,7 @@
 #include <string_view>
 #include <vector>
 
-namespace relnav::hil {
+namespace relnav {
 
 /// printf into a string.
 [[gnu::format(printf, 1, 2)]] std::string format_text(const char* format, ...);
@@ -31,4 +31,4 @@ namespace relnav::hil {
 /// Shortens a piece of bad input for a message and makes it printable.
 [[nodiscard]] std::string in_quotes(std::string_view text);
 
-}  // namespace relnav::hil
+}  // namespace relnav

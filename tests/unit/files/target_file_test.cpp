@@ -1,9 +1,8 @@
-#include "hil/io/target_file.hpp"
+#include "platform/files/target_file.hpp"
 
-#include "tests/unit/hil/scratch.hpp"
+#include "tests/support/scratch.hpp"
 
 using namespace relnav;
-using namespace relnav::hil;
 using relnav::test::message_of;
 using relnav::test::replaced;
 using relnav::test::Scratch;

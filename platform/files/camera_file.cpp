@@ -1,15 +1,15 @@
-#include "hil/io/camera_file.hpp"
+#include "platform/files/camera_file.hpp"
 
 #include <Eigen/LU>
 
 #include <cmath>
 #include <vector>
 
-#include "hil/io/input_error.hpp"
-#include "hil/io/text.hpp"
-#include "hil/io/yaml_reader.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/text.hpp"
+#include "platform/files/yaml_reader.hpp"
 
-namespace relnav::hil {
+namespace relnav {
 namespace {
 
 constexpr double largest_side_px = 65535.0;
@@ -162,4 +162,4 @@ CameraCalibration read_camera_file(const std::string& path, int index) {
   return c;
 }
 
-}  // namespace relnav::hil
+}  // namespace relnav

@@ -3,7 +3,7 @@
 
 #include "fsw/geometry/target_model.hpp"
 
-namespace relnav::hil {
+namespace relnav {
 
 /// Target model in YAML: `frame`, optional `unit` (m, mm), `features: [{id, xyz, normal (optional)}, ...]`, optional
 /// `lines: [[id, id], ...]`. Unknown keys are ignored. Normals are brought to unit length.
@@ -14,4 +14,4 @@ namespace relnav::hil {
 /// The text of a target file in metres that reads back as this model.
 [[nodiscard]] std::string target_file_text(const TargetModel& target);
 
-}  // namespace relnav::hil
+}  // namespace relnav

@@ -1,11 +1,11 @@
-#include "hil/io/yaml_reader.hpp"
+#include "platform/files/yaml_reader.hpp"
 
 #include <cmath>
 
-#include "hil/io/input_error.hpp"
-#include "hil/io/text.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/text.hpp"
 
-namespace relnav::hil {
+namespace relnav {
 namespace {
 
 std::string preprocess(std::string text) {
@@ -72,4 +72,4 @@ std::vector<double> YamlReader::numbers(const YAML::Node& node, const std::strin
   return values;
 }
 
-}  // namespace relnav::hil
+}  // namespace relnav

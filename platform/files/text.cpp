@@ -1,4 +1,4 @@
-#include "hil/io/text.hpp"
+#include "platform/files/text.hpp"
 
 #include <cerrno>
 #include <charconv>
@@ -9,9 +9,9 @@
 #include <fstream>
 #include <sstream>
 
-#include "hil/io/input_error.hpp"
+#include "platform/files/input_error.hpp"
 
-namespace relnav::hil {
+namespace relnav {
 namespace {
 
 constexpr bool is_space(char c) { return c == ' ' || c == '\t' || c == '\r' || c == '\n' || c == '\v' || c == '\f'; }
@@ -154,4 +154,4 @@ std::string in_quotes(std::string_view text) {
   return shown + "'";
 }
 
-}  // namespace relnav::hil
+}  // namespace relnav

@@ -3,9 +3,9 @@
 #include <vector>
 
 #include "fsw/geometry/camera_rig.hpp"
-#include "hil/io/camera_file.hpp"
+#include "platform/files/camera_file.hpp"
 
-namespace relnav::hil {
+namespace relnav {
 
 /// The rig of cameras with the same chaser body, in the order given; each T_BC says where a camera stands. `names` (one
 /// a camera) are for messages. Throws InputError when there are more than config::max_cameras, or none, one cannot be
@@ -19,4 +19,4 @@ namespace relnav::hil {
 /// The text of an EuRoC sensor.yaml that reads back as this calibration.
 [[nodiscard]] std::string camera_file_text(const CameraCalibration& camera);
 
-}  // namespace relnav::hil
+}  // namespace relnav

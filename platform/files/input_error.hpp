@@ -2,7 +2,7 @@
 #include <stdexcept>
 #include <string>
 
-namespace relnav::hil {
+namespace relnav {
 
 /// Unusable input (exit status 2). what() is one line: place, what is wrong, what was expected.
 class InputError : public std::runtime_error {
@@ -13,4 +13,4 @@ class InputError : public std::runtime_error {
                            " (expected " + expectation + ")") {}
 };
 
-}  // namespace relnav::hil
+}  // namespace relnav

@@ -1,4 +1,4 @@
-#include "hil/replay/flight_config_file.hpp"
+#include "platform/files/flight_config_file.hpp"
 
 #include <algorithm>
 #include <cmath>
@@ -7,11 +7,11 @@
 #include <limits>
 #include <map>
 
-#include "hil/io/input_error.hpp"
-#include "hil/io/text.hpp"
-#include "hil/io/yaml_reader.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/text.hpp"
+#include "platform/files/yaml_reader.hpp"
 
-namespace relnav::hil {
+namespace relnav {
 namespace {
 
 /// Takes a value; answers what was expected instead, or nothing when it is fine.
@@ -240,4 +240,4 @@ void read_flight_config(const std::string& path, app::FlightLoopConfig& config) 
   check_together(path, config, lines);
 }
 
-}  // namespace relnav::hil
+}  // namespace relnav
