@@ -48,7 +48,7 @@ struct CameraSettings {
   bool original_stamps = false;  ///< stamps are taken as they are, of the camera's own clock (a replayed capture, a camera under PTP);
                                  ///< else they are brought to CLOCK_MONOTONIC
   std::uint32_t packet_bytes = 0;         ///< GigE Vision; 0: negotiated
-  std::uint32_t socket_buffer_bytes = 0;  ///< GigE Vision; 0: as the system gives
+  std::uint32_t socket_buffer_bytes = 0;  ///< GigE Vision; 0: two frames, or what the system allows
 };
 
 /// One buffer of a driver, on loan until give_back().
