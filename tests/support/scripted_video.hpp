@@ -91,7 +91,8 @@ class ScriptedVideo final : public platform::linux::SystemCalls {
   [[nodiscard]] std::uint32_t rate_hz() const { return rate_hz_; }
   std::size_t mistakes = 0;  ///< what the kernel would refuse or a leak
   std::size_t opens = 0;
-  std::size_t calls = 0;
+  std::size_t calls = 0;  ///< of ioctl()
+  std::size_t polls = 0;
   std::set<unsigned long> seen;  ///< ioctls
 
   int open(const char* path, int flags) override {
@@ -111,6 +112,7 @@ class ScriptedVideo final : public platform::linux::SystemCalls {
     return 0;
   }
   int poll(pollfd& file, Duration wait) override {
+    ++polls;
     if (interrupted()) return -EINTR;
     if (files_.count(file.fd) == 0) ++mistakes;
     file.revents = poll_extra;

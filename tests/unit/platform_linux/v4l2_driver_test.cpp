@@ -342,6 +342,8 @@ TEST(V4l2Driver, WaitsNoLongerThanAsked) {
   open();
   const Time before = clock.peek();
   CHECK_TRUE(driver.take({}, image) == Status::no_data);
+  CHECK_TRUE(driver.take(Duration{-1}, image) == Status::no_data);
+  LONGS_EQUAL(0, device.polls);
   CHECK_TRUE(clock.peek() == before);
   CHECK_TRUE(driver.take(wait, image) == Status::timeout);
   CHECK_TRUE(clock.peek() == before + wait);
