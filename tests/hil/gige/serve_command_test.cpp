@@ -45,11 +45,19 @@ class Process {
     ::close(output_);
   }
   void terminate() const { ::kill(id_, SIGTERM); }
-  /// Exit status; -1 where it did not exit by itself.
+  /// Exit status; -1 where it did not exit by itself within 20 s.
   int wait() {
     if (id_ <= 0) return -1;
     int status = 0;
-    ::waitpid(id_, &status, 0);
+    pid_t ended = 0;
+    for (int i = 0; i < 400 && ended == 0; ++i) {
+      ended = ::waitpid(id_, &status, WNOHANG);
+      if (ended == 0) std::this_thread::sleep_for(std::chrono::milliseconds(50));
+    }
+    if (ended == 0) {
+      ::kill(id_, SIGKILL);
+      ::waitpid(id_, &status, 0);
+    }
     id_ = 0;
     return WIFEXITED(status) ? WEXITSTATUS(status) : -1;
   }
