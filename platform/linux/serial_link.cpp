@@ -96,7 +96,6 @@ Status SerialLink::send(std::span<const std::uint8_t> packet) {
   if (const Status status = flush(); status != Status::ok) return status;
   std::size_t written = 0;
   if (const Status status = write_some(packet, written); status != Status::ok) return status;
-  if (written == 0) return Status::no_capacity;
   const auto rest = packet.subspan(written);
   std::copy(rest.begin(), rest.end(), rest_.begin());
   rest_begin_ = 0;

@@ -12,8 +12,8 @@ namespace relnav::platform::linux {
 /// Packets one after the other on a serial line: raw bytes, 8 data bits, no parity, 1 stop bit, no flow control. Packets are not
 /// framed: a receiver finds their bounds by their headers.
 ///
-/// The line takes what fits its own buffer (some 4 KiB). The rest of a packet that was begun waits here and goes out with the
-/// next send() or flush(); until it is out no other packet is taken (no_capacity).
+/// The line takes what fits its own buffer (some 4 KiB). The rest of a packet waits here and goes out with the next send() or
+/// flush(); until it is out no other packet is taken (no_capacity).
 class SerialLink final : public hal::PacketLink {
  public:
   SerialLink() = default;

@@ -174,14 +174,13 @@ Status StreamCamera::acquire(Duration wait, hal::Frame& frame) {
       damaged = damaged || taken == Taken::damaged;
     }
   }
-  if (taken == Taken::failed) {
+  // Only what is handed out is converted, if possible: looking at a backlog must not make it longer.
+  const bool handed_out = taken != Taken::failed && candidate.exists && hand_out(candidate, *lease, frame);
+  if (handed_out) return Status::ok;
+  if (taken == Taken::failed || candidate.exists) {
     if (candidate.exists) ++counts_.skipped;
-    forget(candidate);  // void with the driver
+    if (candidate.on_loan) --loans_;  // void with the driver
     return lose(problem_);
-  }
-  if (candidate.exists) {
-    hand_out(candidate, *lease, frame);
-    return Status::ok;
   }
   if (damaged) return Status::incomplete;
   return without_frame(wait.ns > 0 ? Status::timeout : Status::no_data);
@@ -233,50 +232,31 @@ StreamCamera::Taken StreamCamera::take_one(Duration wait, const Lease& lease, Ca
                std::to_string(image.width_px) + " pixels of " + name_of(image.format) + " do not fit";
     return Taken::failed;
   }
-  return accept(image, number, lease, candidate);
-}
-
-StreamCamera::Taken StreamCamera::accept(const RawImage& image, std::uint64_t number, const Lease& lease,
-                                         Candidate& candidate) {
   if (candidate.exists) {
     ++counts_.skipped;
-    const bool was_on_loan = candidate.on_loan;
-    forget(candidate);
-    if (was_on_loan && !give_back(candidate.buffer)) return Taken::failed;
+    candidate.exists = false;
+    if (candidate.on_loan && !settle(candidate)) return Taken::failed;
   }
-  candidate.buffer = image.buffer;
-  candidate.gain = image.gain;
-  hal::Frame& frame = candidate.frame;
-  frame.width_px = image.width_px;
-  frame.height_px = image.height_px;
-  frame.format = mono_format(image.format);
-  frame.sequence = static_cast<std::uint32_t>(number);
-  stamp(image, frame);
+  candidate = {.exists = true, .on_loan = true, .image = image, .number = number};
+  ++loans_;
   // One loan is left for looking at what comes next.
-  candidate.on_loan =
-      !options_.always_copy && is_mono(image.format) && is_aligned(image) && loans_ + 1 < driver_.max_loans();
-  if (candidate.on_loan) {
-    ++loans_;
-    frame.pixels = image.bytes.data();
-    frame.stride_bytes = image.stride_bytes;
-  } else {
-    const std::span<std::uint8_t> memory = memory_of(lease);
-    if (convert(image, memory) != Status::ok) {
-      problem_ =
-          settings_.device + ": images came as " + name_of(image.format) + ", " + settings_.format + " was asked for";
-      return Taken::failed;
-    }
-    frame.pixels = memory.data();
-    frame.stride_bytes = static_cast<std::uint32_t>(row_bytes(frame.format, frame.width_px));
-    if (!give_back(image.buffer)) return Taken::failed;
-  }
-  candidate.exists = true;
-  return Taken::good;
+  return loans_ < driver_.max_loans() || copy(candidate, lease) ? Taken::good : Taken::failed;
 }
 
-void StreamCamera::forget(Candidate& candidate) {
-  if (candidate.exists && candidate.on_loan) --loans_;
-  candidate.exists = false;
+bool StreamCamera::settle(Candidate& candidate) {
+  candidate.on_loan = false;
+  --loans_;
+  return give_back(candidate.image.buffer);
+}
+
+bool StreamCamera::copy(Candidate& candidate, const Lease& lease) {
+  const RawImage& image = candidate.image;
+  if (convert(image, memory_of(lease)) != Status::ok) {
+    problem_ =
+        settings_.device + ": images came as " + name_of(image.format) + ", " + settings_.format + " was asked for";
+    return false;
+  }
+  return settle(candidate);
 }
 
 bool StreamCamera::give_back(std::uint32_t buffer) {
@@ -317,14 +297,25 @@ void StreamCamera::stamp(const RawImage& image, hal::Frame& frame) {
   frame.dequeued = image.dequeued;
 }
 
-void StreamCamera::hand_out(const Candidate& candidate, Lease& lease, hal::Frame& frame) {
+bool StreamCamera::hand_out(Candidate& candidate, Lease& lease, hal::Frame& frame) {
+  const RawImage& image = candidate.image;
+  const bool can_lend = !options_.always_copy && is_mono(image.format) && is_aligned(image);
+  if (candidate.on_loan && !can_lend && !copy(candidate, lease)) return false;
   ++last_lease_;
   if (last_lease_ == 0) ++last_lease_;  // 0 means free
-  lease = {.name = last_lease_, .on_loan = candidate.on_loan, .buffer = candidate.buffer};
-  frame = candidate.frame;
+  lease = {.name = last_lease_, .on_loan = candidate.on_loan, .buffer = image.buffer};
   frame.lease = lease.name;
-  gain_ = candidate.gain;
+  frame.width_px = image.width_px;
+  frame.height_px = image.height_px;
+  frame.format = mono_format(image.format);
+  frame.pixels = lease.on_loan ? image.bytes.data() : memory_of(lease).data();
+  frame.stride_bytes =
+      lease.on_loan ? image.stride_bytes : static_cast<std::uint32_t>(row_bytes(frame.format, image.width_px));
+  frame.sequence = static_cast<std::uint32_t>(candidate.number);
+  stamp(image, frame);
+  gain_ = image.gain;
   ++counts_.delivered;
+  return true;
 }
 
 Status StreamCamera::release(const hal::Frame& frame) {

@@ -87,15 +87,13 @@ class StreamCamera final : public hal::Camera {
     bool on_loan = false;    ///< its pixels are the driver's buffer
     std::uint32_t buffer = 0;
   };
-  /// A good frame that acquire() has in hand.
+  /// A good image that acquire() has in hand.
   struct Candidate {
     bool exists = false;
-    hal::Frame frame;
-    bool on_loan = false;
-    std::uint32_t buffer = 0;
-    double gain = 0.0;
+    bool on_loan = false;  ///< else it has been copied
+    RawImage image;
+    std::uint64_t number = 0;
   };
-
   enum class Taken : std::uint8_t { good, damaged, nothing, failed };
 
   [[nodiscard]] Status check_settings();
@@ -110,12 +108,13 @@ class StreamCamera final : public hal::Camera {
   Status without_frame(Status status);
   /// `lease`: the free one whose memory may be used.
   Taken take_one(Duration wait, const Lease& lease, Candidate& candidate);
-  Taken accept(const RawImage& image, std::uint64_t number, const Lease& lease, Candidate& candidate);
-  void forget(Candidate& candidate);
+  /// All of these: false is a fault of the driver, and problem_ says which.
+  [[nodiscard]] bool settle(Candidate& candidate);
+  [[nodiscard]] bool copy(Candidate& candidate, const Lease& lease);
+  [[nodiscard]] bool hand_out(Candidate& candidate, Lease& lease, hal::Frame& frame);
   [[nodiscard]] bool give_back(std::uint32_t buffer);
   [[nodiscard]] std::uint64_t number_of(const RawImage& image);
   void stamp(const RawImage& image, hal::Frame& frame);
-  void hand_out(const Candidate& candidate, Lease& lease, hal::Frame& frame);
 
   CameraDriver& driver_;
   hal::Clock& clock_;

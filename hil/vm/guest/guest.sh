@@ -3,9 +3,9 @@
 
 fail() { echo "guest: $*" >&2; exit 1; }
 
-# load_vivid: an independent camera at /dev/video10, a webcam with test patterns.
+# load_vivid: an independent camera at /dev/video10, a webcam with test patterns and errors to inject through its controls.
 load_vivid() {
-  modprobe vivid n_devs=1 vid_cap_nr=10 no_error_inj=1 node_types=0x1 num_inputs=1 input_types=0 || fail "no vivid"
+  modprobe vivid n_devs=1 vid_cap_nr=10 node_types=0x1 num_inputs=1 input_types=0 || fail "no vivid"
 }
 
 # load_loopback [COUNT]: v4l2loopback devices from /dev/video0 on, written by one program and read by another.
@@ -32,4 +32,21 @@ make_lines() {
   GPIO_CHIP=/dev/$chip
   GPIO_LINES=/sys/devices/platform/$device/$chip
   { [ -c "$GPIO_CHIP" ] && [ -d "$GPIO_LINES" ]; } || fail "no $GPIO_CHIP or no $GPIO_LINES"
+}
+
+# record_rises OFFSET: sets RISES to a pipe that gives one line each time when a program drives this line of make_lines high. None
+# is lost, however short: the kernel's trace of the line, where sim_gpioOFFSET/value would have to be polled.
+record_rises() {
+  local chip base='' instance=/sys/kernel/tracing/instances/line$1
+  [ -d /sys/kernel/tracing/instances ] || mount -t tracefs tracefs /sys/kernel/tracing || fail "no tracefs"
+  for chip in /sys/class/gpio/gpiochip*; do
+    [ "$(cat "$chip/label")" != relnav ] || base=$(cat "$chip/base")
+  done
+  [ -n "$base" ] || fail "make_lines comes first"
+  mkdir "$instance" || fail "cannot make $instance"
+  echo "gpio == $((base + $1)) && get == 0 && value == 1" >"$instance/events/gpio/gpio_value/filter"
+  echo 0 >"$instance/buffer_percent"
+  echo 1 >"$instance/events/gpio/gpio_value/enable" || fail "the kernel does not trace its lines"
+  # shellcheck disable=SC2034  # for the job
+  RISES=$instance/trace_pipe
 }
