@@ -83,7 +83,7 @@ FramePlayer::Content FramePlayer::content_of(std::uint64_t number) {
   return content;
 }
 
-PlayedFrames FramePlayer::play(FrameSink& sink, const std::function<bool()>& stop) {
+PlayedFrames FramePlayer::play(FrameSink& sink, const std::function<bool()>& stop, const std::function<void()>& ready) {
   PlayedFrames played;
   const bool lock_step = settings_.speed <= 0.0;
   bool begun = false;
@@ -93,6 +93,7 @@ PlayedFrames FramePlayer::play(FrameSink& sink, const std::function<bool()>& sto
     return start + std::chrono::nanoseconds(static_cast<std::int64_t>(since_first / settings_.speed));
   };
   sink.plug(source_.shape());
+  if (ready) ready();
   PlayerClock::time_point back;  // since when the camera is there
   for (std::uint64_t number = 0; !stop() && (settings_.loop || number < source_.count()); ++number) {
     if (const Fault* away = fault_at(FaultKind::unplug, number)) {

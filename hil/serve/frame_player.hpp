@@ -29,7 +29,8 @@ class FramePlayer {
  public:
   FramePlayer(FrameSource& source, PlayerSettings settings);
   /// Plugs the sink, plays until the end or until `stop` says true (asked every 0.1 s), unplugs. Throws as the sink does.
-  PlayedFrames play(FrameSink& sink, const std::function<bool()>& stop);
+  /// `ready` is called once the camera is there.
+  PlayedFrames play(FrameSink& sink, const std::function<bool()>& stop, const std::function<void()>& ready = {});
 
  private:
   struct Content {

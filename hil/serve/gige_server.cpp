@@ -2,9 +2,13 @@
 
 #include <arpa/inet.h>
 #include <arv.h>
+#include <netinet/in.h>
+#include <sys/socket.h>
+#include <unistd.h>
 
 #include <algorithm>
 #include <bit>
+#include <cerrno>
 #include <chrono>
 #include <cstring>
 #include <thread>
@@ -26,6 +30,18 @@ unsigned read_register(ArvFakeCamera* camera, unsigned address) {
   guint32 value = 0;
   arv_fake_camera_read_register(camera, address, &value);
   return value;
+}
+
+/// Why a control channel cannot be opened at `address`; 0: it can. Aravis would share the port with whoever has it.
+int reason_against(const std::string& address) {
+  sockaddr_in place{};
+  place.sin_family = AF_INET;
+  place.sin_port = htons(3956);
+  static_cast<void>(::inet_pton(AF_INET, address.c_str(), &place.sin_addr));
+  const int socket = ::socket(AF_INET, SOCK_DGRAM | SOCK_CLOEXEC, 0);
+  const int reason = ::bind(socket, reinterpret_cast<const sockaddr*>(&place), sizeof place) == 0 ? 0 : errno;
+  ::close(socket);
+  return reason;
 }
 
 }  // namespace
@@ -55,6 +71,11 @@ void GigeServer::plug(const FrameShape& shape) {
   }
   shape_ = shape;
   leaving_ = false;
+  const int reason = reason_against(place_.address);
+  if (reason != 0) {
+    throw InputError("--gige " + place_.address, 0, std::string("cannot be listened on: ") + std::strerror(reason),
+                     "the address of an interface of this machine, its port 3956 free");
+  }
   server_ = arv_gv_fake_camera_new(place_.address.c_str(), place_.serial.c_str());
   if (server_ == nullptr || !arv_gv_fake_camera_is_running(server_)) {
     g_clear_object(&server_);

@@ -10,7 +10,7 @@
 #include <cstring>
 #include <thread>
 
-#include "hil/io/input_error.hpp"
+#include "platform/files/input_error.hpp"
 
 namespace relnav::hil {
 namespace {

@@ -11,7 +11,7 @@
 #include <cstring>
 #include <stdexcept>
 
-#include "hil/io/input_error.hpp"
+#include "platform/files/input_error.hpp"
 
 namespace relnav::hil {
 namespace {

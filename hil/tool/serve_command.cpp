@@ -3,6 +3,7 @@
 #include <memory>
 
 #include "hil/serve/frame_player.hpp"
+#include "hil/serve/v4l2_sink.hpp"
 #include "hil/tool/commands.hpp"
 #include "hil/tool/interrupt.hpp"
 #include "platform/files/input_error.hpp"
@@ -18,6 +19,8 @@ struct ServeOptions {
   std::string dataset;
   int camera = 0;
   std::string gige;
+  std::string v4l2;
+  std::string trigger_file;
   std::string rate = "real";
   std::vector<std::string> faults;
   bool loop = false;
@@ -39,8 +42,21 @@ PlayerSettings player_settings(const ServeOptions& o) {
   return settings;
 }
 
-std::unique_ptr<FrameSink> make_sink(const ServeOptions& o, [[maybe_unused]] bool lock_step) {
-  if (o.gige.empty()) throw InputError("relnav serve", 0, "is not told where the camera shall be", "--gige ADDRESS");
+std::unique_ptr<FrameSink> make_sink(const ServeOptions& o, bool lock_step) {
+  if (o.gige.empty() == o.v4l2.empty())
+    throw InputError("relnav serve", 0,
+                     "is told " + std::string(o.gige.empty() ? "no place" : "two places") + " for the camera",
+                     "--gige ADDRESS or --v4l2 DEVICE");
+  if (!o.v4l2.empty()) {
+    if (lock_step && o.trigger_file.empty())
+      throw InputError("--rate lockstep", 0,
+                       "needs a trigger here: a loopback device does not tell when a frame is wanted",
+                       "--trigger-file PATH");
+    return std::make_unique<V4l2Sink>(o.v4l2, o.trigger_file);
+  }
+  if (!o.trigger_file.empty())
+    throw InputError("--trigger-file", 0, "is for --v4l2: a GigE Vision camera is triggered by software",
+                     "no trigger file");
 #ifdef RELNAV_HAS_GIGE
   return std::make_unique<GigeServer>(GigeServer::parse_place(o.gige), lock_step, [](const std::string& line) {
     std::fprintf(stderr, "relnav: %s\n", line.c_str());
@@ -57,7 +73,7 @@ int serve(const ServeOptions& o) {
   EurocSource source(folder.string());
   const FrameShape shape = source.shape();
   std::printf("serving %zu frames, %u x %u pixels of %u bits, at %s\n", source.count(), shape.width_px, shape.height_px,
-              8 * shape.bytes_per_pixel, o.gige.c_str());
+              8 * shape.bytes_per_pixel, (o.gige + o.v4l2).c_str());
   std::fflush(stdout);
   catch_interrupts();
   const PlayedFrames played = FramePlayer(source, settings).play(*sink, interrupted);
@@ -75,6 +91,8 @@ void add_serve_command(CLI::App& app, int& exit_status) {
   command->add_option("--dataset", o->dataset, "Folder in the EuRoC layout: mav0/camN/{data.csv,data/}")->required();
   command->add_option("--camera", o->camera, "N of camN [0]")->check(CLI::Range(0, 9));
   command->add_option("--gige", o->gige, "ADDRESS[,SERIAL]: a GigE Vision camera at this IPv4 address of this machine");
+  command->add_option("--v4l2", o->v4l2, "DEVICE: a V4L2 camera, by this device of v4l2loopback");
+  command->add_option("--trigger-file", o->trigger_file, "With --v4l2: a pipe with one line for each trigger");
   command->add_option("--rate", o->rate,
                       "real, lockstep (one frame a trigger), or a factor on the captured rate [real]");
   command->add_option("--fault", o->faults, fault_syntax);

@@ -161,6 +161,7 @@ std::map<std::string, Section> sections_of(app::FlightLoopConfig& c) {
         {"min_contrast", whole(c.frames.min_contrast)},
         {"refuse_frozen", yes_no(c.frames.refuse_frozen)},
         {"max_age_ns", whole(c.frames.max_age.ns, 0)},
+        {"acquire_wait_ns", whole(c.acquire_wait.ns, 0)},
         {"apid_base", apid_base(c.packets)}}},
   };
 }

@@ -11,8 +11,8 @@
 #include <thread>
 #include <vector>
 
-#include "hil/io/input_error.hpp"
 #include "hil/serve/v4l2_sink.hpp"
+#include "platform/files/input_error.hpp"
 #include "platform/linux/gpiod_lines.hpp"
 #include "platform/linux/monotonic_clock.hpp"
 #include "platform/linux/pixel_conversion.hpp"
@@ -373,7 +373,7 @@ TEST(GuestCamera, ASinkRefusesWhatIsNoLoopback) {
     std::string problem;
     try {
       sink.plug(shape);
-    } catch (const relnav::hil::InputError& error) {
+    } catch (const relnav::InputError& error) {
       problem = error.what();
     }
     CHECK_TRUE(contains(problem, device));

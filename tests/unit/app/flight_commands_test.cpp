@@ -140,11 +140,12 @@ TEST(FlightCommands, TheNextPulseIsNamed) {
   with_pulse_line();
   pulse(6 * second);
   pulse(7 * second);
-  // The edge that had come before the command was read is not the next one.
-  CHECK_TRUE(bench.lines.drive(pps, true, Time{8 * second}) == Status::ok);
-  CHECK_TRUE(bench.lines.drive(pps, false, Time{8 * second + 1000}) == Status::ok);
   bench.clock.jump_to(Time{8 * second + 100'000'000});
   command(TelecommandId::set_tai, 4'000'000'009);
+  // An edge from before the command was read is not the next one, though it is read only now.
+  CHECK_TRUE(bench.lines.drive(pps, true, Time{8 * second}) == Status::ok);
+  CHECK_TRUE(bench.lines.drive(pps, false, Time{8 * second + 1000}) == Status::ok);
+  static_cast<void>(bench.step());
   LONGS_EQUAL(1, acks().size());
   pulse(9 * second);
   check_outcome(CommandStage::done, Status::ok);

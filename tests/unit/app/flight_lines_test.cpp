@@ -22,19 +22,19 @@ constexpr std::uint32_t pps = 2;
 constexpr std::uint32_t exposure = 5;
 constexpr std::int64_t tai_seconds = 2'078'691'000;  // at clock 0
 
-const RenderedBox::Pixels& picture(std::uint32_t i) {
-  static const std::vector<RenderedBox::Pixels> all = [] {
-    std::vector<RenderedBox::Pixels> rendered;
+/// Rendered once, before the tests; 0.1 s apart.
+struct Pictures {
+  std::vector<RenderedBox::Pixels> box;
+  Pictures() {
     const RenderedBox target(5);
-    for (std::uint32_t k = 0; k < 14; ++k) rendered.push_back(target.render(0.1 * k, k));
-    return rendered;
-  }();
-  return all[i % all.size()];
-}
+    for (std::uint32_t i = 0; i < 14; ++i) box.push_back(target.render(0.1 * i, i));
+  }
+};
+const Pictures pictures;
 
 hal::Frame frame_at(std::uint32_t i, hal::ClockId clock) {
   hal::Frame f;
-  f.pixels = picture(i).data();
+  f.pixels = pictures.box[i % pictures.box.size()].data();
   f.width_px = f.stride_bytes = RenderedBox::width_px;
   f.height_px = RenderedBox::height_px;
   f.mid_exposure = Time{i * period_ns};
