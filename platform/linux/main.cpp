@@ -269,7 +269,10 @@ class Flight {
       return;
     }
     if (until_next_attempt().ns > 0) return;
-    begun_ = loop_->start() == Status::ok;
+    const Status status = loop_->start();
+    begun_ = status == Status::ok;
+    if (status == Status::invalid_argument)  // no camera that may come will do with this
+      throw InputError("camera", 0, problem(), "settings that fit together");
     if (!begun_) announcer_.say("waits for a camera: " + problem());
   }
 
