@@ -10,7 +10,7 @@ namespace relnav::app {
 namespace {
 
 constexpr std::uint32_t magic = 0x524E4346;  // RNCF
-constexpr std::uint16_t version = 1;         // of the list of values below: a new one for every change
+constexpr std::uint16_t version = 2;         // of the list of values below: a new one for every change
 constexpr std::size_t header_bytes = 10;
 constexpr std::size_t crc_bytes = 4;
 
@@ -145,6 +145,20 @@ void visit_cooperative(Config& c, Visit& visit) {
   visit(c.filter.noise.angular_psd);
 }
 
+template <typename Lines, typename Visit>
+void visit_lines(Lines& lines, Visit& visit) {
+  visit(lines.heartbeat);
+  visit(lines.pulse);
+  visit(lines.exposure);
+  visit(lines.time.tai_offset.ns);
+  visit(lines.time.tolerance.ns);
+  visit(lines.time.max_drift_ppb);
+  visit(lines.time.drift_change_ppb);
+  visit(lines.time.lock_pulses);
+  visit(lines.time.restart_pulses);
+  visit(lines.time.holdover_after.ns);
+}
+
 template <typename Config, typename Visit>
 void visit_config(Config& c, Visit& visit) {
   visit(c.navigation);
@@ -170,6 +184,7 @@ void visit_config(Config& c, Visit& visit) {
   visit(c.frames.refuse_frozen);
   visit(c.frames.max_age.ns);
   visit(c.packets.apid_base);
+  visit_lines(c.lines, visit);
 }
 
 }  // namespace

@@ -12,7 +12,10 @@ bool is_always_reported(EventId id) {
     case EventId::configuration_refused:
     case EventId::filter_reset:
     case EventId::track_acquired:
-    case EventId::track_lost: return true;
+    case EventId::track_lost:
+    case EventId::time_synchronised:  // at most one of these a second
+    case EventId::time_lost:
+    case EventId::time_jumped: return true;
     default: return false;
   }
 }

@@ -8,8 +8,8 @@
 namespace relnav::app {
 
 /// Counts events and keeps one kind from flooding the link: after a report of an event the next one of the same id comes
-/// at the earliest `spacing` frames later, with the number left out in between. Changes of mode, resets and the
-/// configuration are always reported.
+/// at the earliest `spacing` frames later, with the number left out in between. Changes of mode, resets, the
+/// configuration, and what becomes of the time are always reported.
 class EventLog {
  public:
   void configure(std::uint32_t spacing_frames);

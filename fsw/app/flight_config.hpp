@@ -4,6 +4,7 @@
 #include "fsw/app/coop_navigator.hpp"
 #include "fsw/app/filter_watch.hpp"
 #include "fsw/app/frame_checks.hpp"
+#include "fsw/app/line_config.hpp"
 #include "fsw/app/noncoop_navigator.hpp"
 #include "fsw/base/time.hpp"
 #include "fsw/geometry/camera_model.hpp"
@@ -46,6 +47,7 @@ struct FlightLoopConfig {
   std::uint16_t min_inliers = 4;           ///< of a frame that counts as tracked
   FrameLimits frames;                      ///< latest_time_ns is cut to what telemetry can carry
   FilterLimits filter;
+  LineConfig lines;
 
   [[nodiscard]] bool is_scale_known() const { return scale_known || navigation != NavigationKind::noncoop; }
 
@@ -58,6 +60,6 @@ struct FlightLoopConfig {
 };
 
 /// What is wrong with a configuration; the `item` of a configuration_refused event.
-enum class ConfigItem : std::uint8_t { none = 0, camera = 1, navigator = 2, packets = 3, limits = 4 };
+enum class ConfigItem : std::uint8_t { none = 0, camera = 1, navigator = 2, packets = 3, limits = 4, lines = 5 };
 
 }  // namespace relnav::app

@@ -55,14 +55,16 @@ bool is_prediction_valid(Status update) {
 }  // namespace
 
 FlightLoop::FlightLoop(hal::Camera& camera, hal::Clock& clock, hal::PacketLink& link, hal::Watchdog& watchdog,
-                       hal::Camera* second)
+                       hal::Camera* second, const FlightPeripherals& peripherals)
     : clock_(clock),
       watchdog_(watchdog),
       navigators_(std::in_place_type<NoncoopNavigator>, clock),
       navigator_(std::get_if<NoncoopNavigator>(&navigators_)),
       intake_(camera, second, clock),
       telemetry_(link),
-      events_(telemetry_) {}
+      events_(telemetry_),
+      lines_(peripherals.lines, clock, telemetry_, events_),
+      commands_(peripherals.commands, clock, telemetry_, events_) {}
 
 // ---- configuration and start ----
 
@@ -80,6 +82,7 @@ ConfigItem FlightLoop::validate(const FlightLoopConfig& config, CameraRig& rig) 
       packets.epoch_offset_ns > most_seconds_ns) {
     return ConfigItem::packets;
   }
+  if (!config.lines.is_valid()) return ConfigItem::lines;
   const FilterLimits& filter = config.filter;
   const bool limits_valid = config.acquire_wait.ns >= 0 && config.camera_silence.ns > 0 &&
                             config.lost_after_frames > 0 && config.frames.gap_periods > 0 &&
@@ -94,8 +97,17 @@ Status FlightLoop::configure(const FlightLoopConfig& config) {
   CameraRig rig;
   ConfigItem refused = validate(config, rig);
   if (refused == ConfigItem::none && configure_navigator(config, rig) != Status::ok) refused = ConfigItem::navigator;
+  Status reason = Status::invalid_argument;
+  if (refused == ConfigItem::none) {
+    const Status lines = lines_.configure(config.lines);
+    if (lines != Status::ok) {
+      configured_ = false;
+      refused = ConfigItem::lines;
+      reason = lines;
+    }
+  }
   if (refused != ConfigItem::none) {
-    events_.report(EventId::configuration_refused, Status::invalid_argument, {static_cast<std::int64_t>(refused)});
+    events_.report(EventId::configuration_refused, reason, {static_cast<std::int64_t>(refused)});
     return Status::invalid_argument;
   }
   const Status status = telemetry_.configure(config.packets, config.event_spacing_frames);
@@ -109,6 +121,8 @@ Status FlightLoop::configure(const FlightLoopConfig& config) {
   report_ = StepReport();
   counts_ = Counts();
   events_.configure(config);
+  commands_.configure(config.packets);
+  latency_.reset();
   stamp_ = FrameStamp();
   has_estimate_ = false;
   without_update_ = 0;
@@ -183,6 +197,9 @@ const StepReport& FlightLoop::step() {
     send_packets();
     report_.times.telemetry_ns = (clock_.now() - before).ns;
   }
+  lines_.serve();
+  serve_commands();
+  lines_.beat();
   watchdog_status_ = watchdog_.kick();
   report_.times.total_ns = (clock_.now() - begin).ns;
   return report_;
@@ -253,6 +270,9 @@ Status FlightLoop::navigate(const FrameEpoch& epoch) {
   report_.camera = static_cast<std::uint8_t>(epoch.camera);
   frame_processed_ = true;
   increment(counts_.processed);
+  const hal::Frame& frame = intake_.feed(epoch.camera).frame();
+  latency_.begin(frame, clock_.id());
+  if (frame.clock == clock_.id()) lines_.frame(frame.mid_exposure);
   const bool was_started = navigator_->has_started();
   const Status status = navigator_->process({epoch.images.data(), intake_.cameras()}, stamp_.time, report_);
   if (report_.dropped > 0) events_.report(EventId::spots_dropped, Status::no_capacity, {report_.dropped});
@@ -326,6 +346,45 @@ void FlightLoop::change_mode(Mode to, Status reason) {
   events_.report(EventId::mode_changed, reason, {static_cast<std::int64_t>(from), static_cast<std::int64_t>(to)});
 }
 
+// ---- commands ----
+
+void FlightLoop::serve_commands() {
+  Status named = Status::ok;
+  if (lines_.take_naming(named)) commands_.finish(naming_request_, named);
+  for (int i = 0; i < CommandService::most_a_step; ++i) {
+    telemetry::Telecommand command;
+    const Status status = commands_.next(command);
+    if (status == Status::no_data) return;
+    if (status != Status::ok) continue;
+    const Status outcome = execute(command);
+    if (outcome != Status::unfinished) commands_.finish(command.request, outcome);
+  }
+}
+
+Status FlightLoop::execute(const telemetry::Telecommand& command) {
+  switch (command.id) {
+    case telemetry::TelecommandId::ping: commands_.pong(); return Status::ok;
+    case telemetry::TelecommandId::start: return start();
+    case telemetry::TelecommandId::stop: return stop();
+    case telemetry::TelecommandId::restart: return restart_estimate();
+    case telemetry::TelecommandId::health: send_health(); return Status::ok;
+    case telemetry::TelecommandId::set_tai: break;
+  }
+  const Status status = lines_.name_next_pulse(command.argument);
+  if (status != Status::ok) return status;
+  naming_request_ = command.request;
+  return Status::unfinished;
+}
+
+Status FlightLoop::restart_estimate() {
+  if (report_.mode == Mode::standby) return Status::not_configured;
+  const RelativeState state = report_.state;  // of this step's frame: it was good
+  give_up_estimate(Status::ok);
+  report_.state = state;
+  without_update_ = 0;
+  return Status::ok;
+}
+
 // ---- telemetry ----
 
 void FlightLoop::send_packets() {
@@ -337,6 +396,7 @@ void FlightLoop::send_packets() {
     events_.report(EventId::telemetry_dropped, Status::no_capacity, {reported_drops_});
   }
   if (frame_processed_) {
+    latency_.packet(clock_);
     telemetry_.send_state(report_, stamp_, {has_estimate_, config_.is_scale_known(), report_.predicted});
     if (config_.features_every_frames > 0 && (counts_.processed - 1U) % config_.features_every_frames == 0) {
       telemetry_.send_features(report_, stamp_);
@@ -370,6 +430,11 @@ void FlightLoop::send_health() {
   p.refused_updates = counts_.refused_updates;
   p.reset_counter = static_cast<std::uint16_t>(report_.reset_counter & 0xFFFFU);
   p.test_ratio = static_cast<float>(report_.test_ratio);
+  const LatencyMeter::Latencies largest = latency_.take_largest();
+  p.latency_us = latency_.latest().from_exposure_us;
+  p.latency_max_us = largest.from_exposure_us;
+  p.arrival_latency_us = latency_.latest().from_arrival_us;
+  p.arrival_latency_max_us = largest.from_arrival_us;
   telemetry_.send_health(p);
 }
 

@@ -2,10 +2,14 @@
 #include <cstdint>
 #include <variant>
 
+#include "fsw/app/command_service.hpp"
 #include "fsw/app/event_reporter.hpp"
 #include "fsw/app/filter_watch.hpp"
 #include "fsw/app/flight_config.hpp"
+#include "fsw/app/flight_peripherals.hpp"
 #include "fsw/app/frame_intake.hpp"
+#include "fsw/app/latency_meter.hpp"
+#include "fsw/app/line_service.hpp"
 #include "fsw/app/mode_table.hpp"
 #include "fsw/app/noncoop_navigator.hpp"
 #include "fsw/app/step_report.hpp"
@@ -18,17 +22,18 @@
 namespace relnav::app {
 
 /// One step() a frame: lease, check, navigate, judge, report, release. Modes as in mode_table.hpp. The clock only
-/// measures stage times (and the age of frames, if limited): the same frames give the same packets, bit for bit.
+/// measures stage times (and the age of frames, if limited, and latencies, where frames are stamped by it): the same frames give
+/// the same packets, bit for bit. Lines and telecommands, where there are any, are served in each step, in STANDBY too.
 class FlightLoop {
  public:
   /// `second`: the other camera of a pair, for coop_stereo. While either gives none (lost, late, damaged) the loop goes on with
   /// what the other one sees; see FrameIntake.
   FlightLoop(hal::Camera& camera, hal::Clock& clock, hal::PacketLink& link, hal::Watchdog& watchdog,
-             hal::Camera* second = nullptr);
+             hal::Camera* second = nullptr, const FlightPeripherals& peripherals = {});
 
   /// Takes the configuration; the loop is then in STANDBY with all counts zero. invalid_argument: some value is outside
-  /// its domain, the camera's image is larger than config.hpp allows, or the loop is not in STANDBY; nothing changes then,
-  /// unless another kind of navigation was asked for: the loop is then without configuration.
+  /// its domain, the camera's image is larger than config.hpp allows, a line cannot be had, or the loop is not in STANDBY; nothing
+  /// changes then, unless another kind of navigation was asked for, or for want of a line: the loop is then without configuration.
   Status configure(const FlightLoopConfig& config);
   /// STANDBY -> ACQUIRE; starts the cameras. not_configured; invalid_argument: not in STANDBY; the camera's own errors.
   Status start();
@@ -71,6 +76,11 @@ class FlightLoop {
   void give_up_estimate(Status reason);
   void change_mode(Mode to, Status reason);
 
+  void serve_commands();
+  /// What the command did; unfinished: it will be told later.
+  Status execute(const telemetry::Telecommand& command);
+  Status restart_estimate();
+
   void begin_report();
   void send_packets();
   void send_health();
@@ -86,6 +96,10 @@ class FlightLoop {
   FilterWatch watch_;
   TelemetryWriter telemetry_;
   EventReporter events_;
+  LineService lines_;
+  CommandService commands_;
+  telemetry::TelecommandRequest naming_request_;  ///< the latest set_tai accepted
+  LatencyMeter latency_;
 
   StepReport report_;
   Counts counts_;

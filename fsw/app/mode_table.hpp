@@ -16,8 +16,9 @@ struct ModeTransition {
 inline constexpr std::array<ModeTransition, 8> mode_transitions{{
     {Mode::standby, Mode::acquire, "start() was called and the camera streams"},
     {Mode::acquire, Mode::track, "the filter runs, its start is over and the frame gave enough inliers"},
-    {Mode::acquire, Mode::lost, "too long without inliers or usable frames, or the filter failed its checks"},
-    {Mode::track, Mode::lost, "too long without inliers or usable frames, or the filter failed its checks"},
+    {Mode::acquire, Mode::lost,
+     "too long without inliers or usable frames, the filter failed its checks, or a command"},
+    {Mode::track, Mode::lost, "too long without inliers or usable frames, the filter failed its checks, or a command"},
     {Mode::lost, Mode::acquire, "an image was good enough to start the filter anew"},
     {Mode::acquire, Mode::standby, "stop() was called"},
     {Mode::track, Mode::standby, "stop() was called"},

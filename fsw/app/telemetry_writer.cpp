@@ -126,6 +126,10 @@ void TelemetryWriter::send_health(telemetry::HealthPacket packet) {
   send(packet);
 }
 
+void TelemetryWriter::send_time(const telemetry::TimePacket& packet) { send(packet); }
+void TelemetryWriter::send_command_ack(const telemetry::CommandAckPacket& packet) { send(packet); }
+void TelemetryWriter::send_pong(const telemetry::PongPacket& packet) { send(packet); }
+
 void TelemetryWriter::send_event(telemetry::EventId id, Status status, const FrameStamp& stamp, std::uint32_t frame,
                                  const EventArgs& args) {
   telemetry::EventPacket p;

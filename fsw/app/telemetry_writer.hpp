@@ -32,6 +32,9 @@ class TelemetryWriter {
   void send_features(const StepReport& report, const FrameStamp& stamp);
   /// The counts that this writer keeps are filled in.
   void send_health(telemetry::HealthPacket packet);
+  void send_time(const telemetry::TimePacket& packet);
+  void send_command_ack(const telemetry::CommandAckPacket& packet);
+  void send_pong(const telemetry::PongPacket& packet);
   /// At most every so often, see EventLog. `frame`: number of the frame since start, for the spacing.
   void send_event(telemetry::EventId id, Status status, const FrameStamp& stamp, std::uint32_t frame,
                   const EventArgs& args = {});

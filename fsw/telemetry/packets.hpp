@@ -302,7 +302,8 @@ inline constexpr auto health_fields = std::tuple{
     field(&HealthPacket::events_suppressed, "events_suppressed", "",
           "Events not reported one by one since start (rate limit)"),
     field(&HealthPacket::latency_us, "latency_us", "us",
-          "From mid-exposure to the first packet of the frame, latest frame; 0 where its stamps are of another clock than "
+          "From mid-exposure to the first packet of the frame, latest frame; 0 where its stamps are of another clock "
+          "than "
           "the loop's"),
     field(&HealthPacket::latency_max_us, "latency_max_us", "us", "Largest latency since the previous HEALTH"),
     field(&HealthPacket::arrival_latency_us, "arrival_latency_us", "us",
@@ -330,7 +331,8 @@ inline constexpr auto time_fields = std::tuple{
     field(&TimePacket::pulses_missed, "pulses_missed", "", "Pulses that did not come between those used, since start"),
     field(&TimePacket::pulses_refused, "pulses_refused", "", "Edges at a time when no pulse was due, since start"),
     field(&TimePacket::sync, "sync", "", "How well TAI is known", labels::sync),
-    field(&TimePacket::seconds_source, "seconds_source", "", "Where the whole seconds of TAI are from", labels::seconds),
+    field(&TimePacket::seconds_source, "seconds_source", "", "Where the whole seconds of TAI are from",
+          labels::seconds),
     field(&TimePacket::exposure_offset_ns, "exposure_offset_ns", "ns",
           "Stamp of the latest frame minus the middle of its exposure by the exposure line; 0 when that is not known")};
 
@@ -378,7 +380,17 @@ inline constexpr std::array<PacketDefinition, packet_count> packet_definitions{{
      feature_entry_field_definitions, max_features_per_packet},
     {PacketId::health, "HEALTH", 2, 3, 25, 25, 3, "every N frames", health_field_definitions, {}, 0},
     {PacketId::event, "EVENT", 3, 5, 1, 4, 0, "when something happens", event_field_definitions, {}, 0},
-    {PacketId::time, "TIME", 4, 3, 25, 25, 5, "each pulse used, and when they stay away", time_field_definitions, {}, 0},
+    {PacketId::time,
+     "TIME",
+     4,
+     3,
+     25,
+     25,
+     5,
+     "each pulse used, and when they stay away",
+     time_field_definitions,
+     {},
+     0},
     {PacketId::command_ack, "TC_ACK", 5, 1, 1, 8, 0, "for each telecommand", command_ack_field_definitions, {}, 0},
     {PacketId::pong, "PONG", 6, 17, 2, 2, 0, "for each ping", pong_field_definitions, {}, 0},
 }};

@@ -1,7 +1,6 @@
 #include "fsw/telemetry/telecommand.hpp"
 
 #include "fsw/base/crc16.hpp"
-#include "fsw/base/panic.hpp"
 #include "fsw/telemetry/byte_stream.hpp"
 
 namespace relnav::telemetry {
@@ -69,8 +68,7 @@ Expected<std::size_t> encode_telecommand(TelecommandId id, std::uint32_t argumen
   if (definition.function_id != 0) writer.u8(definition.function_id);
   if (definition.argument_bytes != 0) writer.u32(argument);
   writer.u16(crc16(writer.written()));
-  RELNAV_ASSERT(writer.status() == Status::ok && writer.size() == size);
-  return size;
+  return writer.size();
 }
 
 }  // namespace relnav::telemetry

@@ -74,7 +74,8 @@ struct TelecommandRequest {
 
 struct Telecommand {
   TelecommandRequest request;
-  bool is_ours = false;  ///< a telecommand for our APID, by its first bytes: to be answered, whatever else is wrong with it
+  bool is_ours =
+      false;  ///< a telecommand for our APID, by its first bytes: to be answered, whatever else is wrong with it
   TelecommandId id = TelecommandId::ping;
   std::uint32_t argument = 0;
 };

@@ -161,6 +161,7 @@ std::map<std::string, Section> sections_of(app::FlightLoopConfig& c) {
         {"min_contrast", whole(c.frames.min_contrast)},
         {"refuse_frozen", yes_no(c.frames.refuse_frozen)},
         {"max_age_ns", whole(c.frames.max_age.ns, 0)},
+        {"acquire_wait_ns", whole(c.acquire_wait.ns, 0)},
         {"apid_base", apid_base(c.packets)}}},
   };
 }
@@ -224,20 +225,36 @@ void check_together(const std::string& path, const app::FlightLoopConfig& c, con
 }  // namespace
 
 void read_flight_config(const std::string& path, app::FlightLoopConfig& config) {
-  const auto sections = sections_of(config);
   const YAML::Node root = load_yaml(path, "a configuration in YAML");
   if (root.IsNull()) return;  // an empty file changes nothing
+  const auto sections = sections_of(config);
   if (!root.IsMap()) throw InputError(path, 0, "holds no sections", names_of(sections));
+  for (const auto& entry : root) {
+    const std::string name = entry.first.Scalar();
+    if (!sections.contains(name)) {
+      throw InputError(path, line_of(entry.first), "unknown section " + in_quotes(name),
+                       "one of " + names_of(sections));
+    }
+  }
+  read_flight_config(path, root, config);
+}
+
+void read_flight_config(const std::string& path, const YAML::Node& root, app::FlightLoopConfig& config) {
+  const auto sections = sections_of(config);
   Lines lines;
   for (const auto& entry : root) {
     const std::string name = entry.first.Scalar();
     const auto section = sections.find(name);
-    if (section == sections.end())
-      throw InputError(path, line_of(entry.first), "unknown section " + in_quotes(name),
-                       "one of " + names_of(sections));
-    read_section(path, name, entry.second, section->second, lines);
+    if (section != sections.end()) read_section(path, name, entry.second, section->second, lines);
   }
   check_together(path, config, lines);
+}
+
+std::vector<std::string> flight_config_sections() {
+  app::FlightLoopConfig config;
+  std::vector<std::string> names;
+  for (const auto& [name, section] : sections_of(config)) names.push_back(name);
+  return names;
 }
 
 }  // namespace relnav

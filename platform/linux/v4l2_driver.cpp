@@ -98,9 +98,10 @@ Status V4l2Driver::open(const CameraSettings& settings) {
   settings_ = settings;
   problem_.clear();
   using Step = Status (V4l2Driver::*)();
-  for (const Step step : {&V4l2Driver::check_settings, &V4l2Driver::open_node, &V4l2Driver::check_capabilities,
-                          &V4l2Driver::choose_format, &V4l2Driver::set_rate, &V4l2Driver::set_exposure,
-                          &V4l2Driver::set_gain, &V4l2Driver::map_buffers, &V4l2Driver::start_streaming}) {
+  for (const Step step :
+       {&V4l2Driver::check_settings, &V4l2Driver::open_node, &V4l2Driver::check_capabilities,
+        &V4l2Driver::choose_format, &V4l2Driver::set_rate, &V4l2Driver::set_exposure, &V4l2Driver::set_gain,
+        &V4l2Driver::set_controls, &V4l2Driver::map_buffers, &V4l2Driver::start_streaming}) {
     const Status status = (this->*step)();
     if (status == Status::ok) continue;
     close();
@@ -315,6 +316,20 @@ Status V4l2Driver::set_gain() {
     if (status != Status::ok) return status;
   }
   gain_ = node_.control(id).value_or(0);
+  return Status::ok;
+}
+
+Status V4l2Driver::set_controls() {
+  for (const DeviceControl& control : settings_.controls) {
+    std::string names;
+    const auto id = node_.control_named(control.name, names);
+    if (!id) {
+      return fail(Status::unsupported,
+                  "has no control " + control.name + "; it has " + (names.empty() ? "none" : names));
+    }
+    const Status status = set_to(*id, control.value, control.name.c_str(), "");
+    if (status != Status::ok) return status;
+  }
   return Status::ok;
 }
 

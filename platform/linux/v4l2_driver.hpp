@@ -18,7 +18,8 @@ namespace relnav::platform::linux {
 /// Settings: size and format are taken exactly or refused; the rate within 1 %; exposure through V4L2_CID_EXPOSURE_ABSOLUTE
 /// (steps of 100 us), or V4L2_CID_EXPOSURE where the driver gives the length of a line (pixel rate and horizontal blanking);
 /// gain through V4L2_CID_GAIN or V4L2_CID_ANALOGUE_GAIN, in its steps. What is set manually has its automatism switched off.
-/// V4L2 has no trigger: Trigger::software is unsupported; with Trigger::line the camera has to be set up for it already.
+/// V4L2 has no trigger: Trigger::software is unsupported; for Trigger::line name the control that this camera has for it in
+/// CameraSettings::controls.
 /// `serial` is not looked at: name the camera by its link under /dev/v4l/by-id.
 ///
 /// Stamps are the kernel's: CLOCK_MONOTONIC, or the device's own where the driver only copies them. Marked as start of exposure
@@ -58,6 +59,7 @@ class V4l2Driver final : public CameraDriver {
   Status set_rate();
   Status set_exposure();
   Status set_gain();
+  Status set_controls();
   Status map_buffers();
   Status start_streaming();
 

@@ -3,9 +3,32 @@
 #include <fcntl.h>
 #include <linux/videodev2.h>
 
+#include <cctype>
 #include <cerrno>
+#include <cstddef>
 
 namespace relnav::platform::linux {
+namespace {
+
+constexpr int most_controls = 1024;  // of a driver that never stops listing them
+
+template <std::size_t size>
+std::string as_written(const __u8 (&name)[size]) {
+  std::string text;
+  bool gap = false;
+  for (std::size_t i = 0; i < size && name[i] != 0; ++i) {
+    if (std::isalnum(name[i]) == 0) {
+      gap = true;
+      continue;
+    }
+    if (gap && !text.empty()) text += '_';
+    gap = false;
+    text += static_cast<char>(std::tolower(name[i]));
+  }
+  return text;
+}
+
+}  // namespace
 
 int V4l2Node::open(const char* path) {
   close();
@@ -58,6 +81,19 @@ std::optional<std::int64_t> V4l2Node::wide_control(std::uint32_t id) {
 int V4l2Node::set_control(std::uint32_t id, std::int32_t value) {
   v4l2_control control{.id = id, .value = value};
   return ioctl(VIDIOC_S_CTRL, control);
+}
+
+std::optional<std::uint32_t> V4l2Node::control_named(const std::string& name, std::string& names) {
+  v4l2_queryctrl query{};
+  query.id = V4L2_CTRL_FLAG_NEXT_CTRL;
+  for (int k = 0; k < most_controls && ioctl(VIDIOC_QUERYCTRL, query) >= 0; ++k) {
+    const bool is_title = query.type == V4L2_CTRL_TYPE_CTRL_CLASS || (query.flags & V4L2_CTRL_FLAG_DISABLED) != 0;
+    const std::string found = as_written(query.name);
+    if (!is_title && found == name) return query.id;
+    if (!is_title) names += (names.empty() ? "" : ", ") + found;
+    query.id |= V4L2_CTRL_FLAG_NEXT_CTRL;
+  }
+  return std::nullopt;
 }
 
 }  // namespace relnav::platform::linux

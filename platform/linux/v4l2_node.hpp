@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <optional>
+#include <string>
 
 #include "platform/linux/system_calls.hpp"
 
@@ -36,6 +37,8 @@ class V4l2Node {
   /// For controls of 64 bits.
   [[nodiscard]] std::optional<std::int64_t> wide_control(std::uint32_t id);
   int set_control(std::uint32_t id, std::int32_t value);
+  /// `name` as v4l2-ctl writes it: small letters, all else one underscore. `names`: of all controls up to that, for people.
+  [[nodiscard]] std::optional<std::uint32_t> control_named(const std::string& name, std::string& names);
 
  private:
   int call(unsigned long request, void* argument);

@@ -49,7 +49,8 @@ void CMD_1_nothing_to_give_is_no_data_at_once(Harness& harness) {
 
 template <typename Harness>
 void CMD_2_whole_packets_of_any_size(Harness& harness) {
-  for (const std::size_t size : {std::size_t{1}, std::size_t{13}, std::size_t{17}, std::size_t{255}, std::size_t{256}}) {
+  for (const std::size_t size :
+       {std::size_t{1}, std::size_t{13}, std::size_t{17}, std::size_t{255}, std::size_t{256}}) {
     const Packet sent = sample(size, 1);
     harness.arrive(sent);
     Packet packet;
@@ -94,10 +95,10 @@ void CMD_5_a_fault_does_not_spoil_the_next_call(Harness& harness) {
 
 }  // namespace relnav::command_source_contract
 
-#define RELNAV_COMMAND_SOURCE_CONTRACT(group, Harness)                                              \
-  TEST_GROUP(group) { Harness harness; };                                                           \
-  RELNAV_CLAUSE(group, relnav::command_source_contract, CMD_1_nothing_to_give_is_no_data_at_once)   \
-  RELNAV_CLAUSE(group, relnav::command_source_contract, CMD_2_whole_packets_of_any_size)            \
-  RELNAV_CLAUSE(group, relnav::command_source_contract, CMD_3_order_and_bounds_are_kept)            \
-  RELNAV_CLAUSE(group, relnav::command_source_contract, CMD_4_too_long_a_packet_is_gone_and_said)   \
+#define RELNAV_COMMAND_SOURCE_CONTRACT(group, Harness)                                            \
+  TEST_GROUP(group) { Harness harness; };                                                         \
+  RELNAV_CLAUSE(group, relnav::command_source_contract, CMD_1_nothing_to_give_is_no_data_at_once) \
+  RELNAV_CLAUSE(group, relnav::command_source_contract, CMD_2_whole_packets_of_any_size)          \
+  RELNAV_CLAUSE(group, relnav::command_source_contract, CMD_3_order_and_bounds_are_kept)          \
+  RELNAV_CLAUSE(group, relnav::command_source_contract, CMD_4_too_long_a_packet_is_gone_and_said) \
   RELNAV_CLAUSE(group, relnav::command_source_contract, CMD_5_a_fault_does_not_spoil_the_next_call)

@@ -32,6 +32,8 @@ class ScriptedVideo final : public platform::linux::SystemCalls {
     std::int32_t value = 0;
     std::int32_t least = 0;
     std::int32_t most = 0;
+    const char* name = "Nameless";
+    std::uint32_t type = V4L2_CTRL_TYPE_INTEGER;
   };
   struct Image {
     std::uint8_t fill = 0;
@@ -89,7 +91,8 @@ class ScriptedVideo final : public platform::linux::SystemCalls {
   [[nodiscard]] std::uint32_t rate_hz() const { return rate_hz_; }
   std::size_t mistakes = 0;  ///< what the kernel would refuse or a leak
   std::size_t opens = 0;
-  std::size_t calls = 0;
+  std::size_t calls = 0;  ///< of ioctl()
+  std::size_t polls = 0;
   std::set<unsigned long> seen;  ///< ioctls
 
   int open(const char* path, int flags) override {
@@ -104,11 +107,12 @@ class ScriptedVideo final : public platform::linux::SystemCalls {
   }
   int close(int fd) override {
     if (files_.erase(fd) == 0) ++mistakes;
-    if (!mappings_.empty()) ++mistakes;
+    if (!mappings_.empty() || (present && streaming_)) ++mistakes;
     reset_stream();
     return 0;
   }
   int poll(pollfd& file, Duration wait) override {
+    ++polls;
     if (interrupted()) return -EINTR;
     if (files_.count(file.fd) == 0) ++mistakes;
     file.revents = poll_extra;
@@ -180,7 +184,7 @@ class ScriptedVideo final : public platform::linux::SystemCalls {
     sequence_ = 0;
   }
   int query_capabilities(v4l2_capability& about) const {
-    about.capabilities = capabilities | V4L2_CAP_DEVICE_CAPS | V4L2_CAP_VIDEO_OUTPUT;  // of all nodes together
+    about.capabilities = V4L2_CAP_DEVICE_CAPS | V4L2_CAP_VIDEO_CAPTURE | V4L2_CAP_STREAMING;  // of all nodes together
     about.device_caps = capabilities;
     return 0;
   }
@@ -221,8 +225,13 @@ class ScriptedVideo final : public platform::linux::SystemCalls {
     return 0;
   }
   int query_control(v4l2_queryctrl& query) const {
-    const auto found = controls.find(query.id);
+    const bool next = (query.id & V4L2_CTRL_FLAG_NEXT_CTRL) != 0;
+    const auto found = next ? controls.upper_bound(query.id & ~static_cast<std::uint32_t>(V4L2_CTRL_FLAG_NEXT_CTRL))
+                            : controls.find(query.id);
     if (found == controls.end()) return -EINVAL;
+    query.id = found->first;
+    query.type = found->second.type;
+    std::memcpy(query.name, found->second.name, std::min(std::strlen(found->second.name) + 1, sizeof query.name));
     query.minimum = found->second.least;
     query.maximum = found->second.most;
     return 0;

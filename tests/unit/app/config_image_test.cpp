@@ -22,6 +22,10 @@ TEST_GROUP(ConfigImage) {
     config.second.t_C1C0 = Vec3(-0.5, 0.25, 1e-300);
     config.navigator.filter.seed = 0xFEDCBA9876543210ULL;
     config.coop.phi_CT_expected.z() = -0.0;
+    config.lines.heartbeat = 11;
+    config.lines.pulse = 12;
+    config.lines.exposure = 13;
+    config.lines.time = {Duration{2'078'691'237'000'000'000}, Duration{2}, 3, 4, 5, 6, Duration{7'000'000'000}};
     for (std::uint16_t id = 0; id < config::max_target_features; ++id) {
       CHECK(config.coop.target.features.push_back({id, Vec3(id, -1.0, 0.5), Vec3(0.0, 0.0, 1.0)}) == Status::ok);
     }
@@ -59,6 +63,16 @@ TEST(ConfigImage, TheLargestComesBack) {
   CHECK(read.second.R_C1C0 == config.second.R_C1C0);
   CHECK(read.navigator.filter.seed == config.navigator.filter.seed);
   LONGS_EQUAL(63, read.coop.target.features[63].id);
+  LONGS_EQUAL(11, read.lines.heartbeat);
+  LONGS_EQUAL(12, read.lines.pulse);
+  LONGS_EQUAL(13, read.lines.exposure);
+  CHECK(read.lines.time.tai_offset == config.lines.time.tai_offset);
+  LONGS_EQUAL(2, read.lines.time.tolerance.ns);
+  LONGS_EQUAL(3, read.lines.time.max_drift_ppb);
+  LONGS_EQUAL(4, read.lines.time.drift_change_ppb);
+  LONGS_EQUAL(5, read.lines.time.lock_pulses);
+  LONGS_EQUAL(6, read.lines.time.restart_pulses);
+  LONGS_EQUAL(7'000'000'000, read.lines.time.holdover_after.ns);
   LONGS_EQUAL(62, read.coop.target.lines[62].from);
 }
 

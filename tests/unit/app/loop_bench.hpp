@@ -7,6 +7,8 @@
 #include "fsw/telemetry/codec.hpp"
 #include "platform/host/scripted_camera.hpp"
 #include "platform/host/scripted_clock.hpp"
+#include "platform/host/scripted_command_source.hpp"
+#include "platform/host/scripted_gpio_lines.hpp"
 #include "platform/host/scripted_packet_link.hpp"
 #include "platform/host/scripted_watchdog.hpp"
 #include "tests/unit/app/rendered_box.hpp"
@@ -21,11 +23,15 @@ struct LoopBench {
   platform::host::ScriptedClock clock;
   platform::host::ScriptedPacketLink link;
   platform::host::ScriptedWatchdog watchdog;
+  platform::host::ScriptedGpioLines lines{8, 256};
+  platform::host::ScriptedCommandSource commands;
   app::FlightLoop loop;
   app::FlightLoopConfig config = app::FlightLoopConfig::defaults(MotionKind::rigid_target);
   std::size_t steps = 0;
 
-  explicit LoopBench(bool stereo = false) : loop(camera, clock, link, watchdog, stereo ? &second : nullptr) {
+  explicit LoopBench(bool stereo = false, bool peripherals = false)
+      : loop(camera, clock, link, watchdog, stereo ? &second : nullptr,
+             peripherals ? app::FlightPeripherals{&lines, &commands} : app::FlightPeripherals{}) {
     clock.set_tick({1000});
     config.camera = RenderedBox::camera();
     config.navigator.filter.range_m = 3.0;
@@ -73,10 +79,12 @@ struct LoopBench {
     }
     return found;
   }
-  /// Packets that are none of the four kinds, or hold a NaN or infinity (decode refuses both).
+  /// Packets that are of no kind of the table, or hold a NaN or infinity (decode refuses both).
   [[nodiscard]] std::size_t undecodable() const {
     const std::size_t good = packets<telemetry::RelStatePacket>().size() + packets<telemetry::FeaturesPacket>().size() +
-                             packets<telemetry::HealthPacket>().size() + packets<telemetry::EventPacket>().size();
+                             packets<telemetry::HealthPacket>().size() + packets<telemetry::EventPacket>().size() +
+                             packets<telemetry::TimePacket>().size() + packets<telemetry::CommandAckPacket>().size() +
+                             packets<telemetry::PongPacket>().size();
     return link.size() - good;
   }
   [[nodiscard]] std::vector<std::uint8_t> bytes_sent() const {

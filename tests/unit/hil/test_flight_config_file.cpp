@@ -87,9 +87,9 @@ TEST(FlightConfigFile, ValuesOutsideOfTheirDomainsAreNamed) {
       {"cooperative", "pair_tolerance_ns", "-1", "a whole number from 0 to "},
       {"loop", "lost_after_frames", "0", "a whole number from 1 to 65535"},
       {"loop", "max_age_ns", "-1", "a whole number from 0 to "},
-      {"loop", "apid_base", "5", "4 APIDs that are free"},
+      {"loop", "apid_base", "5", "7 APIDs that are free"},
       {"loop", "apid_base", "0xFB", "a whole number from 0 to 65535"},
-      {"loop", "apid_base", "251", "4 APIDs that are free"},
+      {"loop", "apid_base", "251", "7 APIDs that are free"},
   };
   for (const Case& c : cases) {
     const std::string text = std::string("\n") + c.section + ":\n  " + c.key + ": " + c.value + "\n";

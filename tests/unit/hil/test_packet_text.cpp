@@ -65,6 +65,26 @@ TEST(PacketText, FlagsAreNamed) {
   CHECK_MESSAGE_HOLDS(packet_text(encoded(health), {}), "flags=camera_streaming|second_camera_streaming ");
 }
 
+TEST(PacketText, TimeAndAnswersToCommandsAreReadable) {
+  telemetry::TimePacket time;
+  time.tai_ns = 2'078'691'237'000'000'000;
+  time.drift_ppb = -20'000;
+  time.sync = static_cast<std::uint8_t>(telemetry::SyncStatus::locked);
+  time.seconds_source = static_cast<std::uint8_t>(telemetry::SecondsSource::command);
+  const std::string text = packet_text(encoded(time), {});
+  for (const char* piece : {"TIME ", "apid=0x104", "tai_ns=2078691237000000000", "drift_ppb=-20000", "sync=locked",
+                            "seconds_source=command"}) {
+    CHECK_MESSAGE_HOLDS(text, piece);
+  }
+  telemetry::CommandAckPacket ack;
+  ack.stage = static_cast<std::uint8_t>(telemetry::CommandStage::refused);
+  ack.code = static_cast<std::uint8_t>(Status::crc_mismatch);
+  ack.service = 17;
+  CHECK_MESSAGE_HOLDS(packet_text(encoded(ack), {}), "stage=refused code=crc_mismatch service=17");
+  CHECK(nlohmann::json::parse(packet_json(encoded(ack), {}))["stage"] == "refused");
+  CHECK_MESSAGE_HOLDS(packet_text(encoded(telemetry::PongPacket{}), {}), "PONG ");
+}
+
 TEST(PacketText, FeaturesKeepTheirEntries) {
   telemetry::FeaturesPacket features;
   features.features_total = 2;

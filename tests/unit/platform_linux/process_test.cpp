@@ -83,6 +83,7 @@ TEST(Signals, WaitsEndEarlyAndABrokenPipeIsAnError) {
 
 TEST_GROUP(Realtime){};
 
+#ifndef __SANITIZE_ADDRESS__  // the address sanitizer makes nothing of mlockall()
 TEST(Realtime, GrantsWhatIsAllowedAndSaysWhatIsNot) {
   const int status = in_a_child([] {
     const std::string problem = become_realtime({true, 10});
@@ -134,5 +135,6 @@ TEST(Realtime, ALimitDoesNotFailLaterAllocations) {
   CHECK_TRUE(WIFEXITED(status));
   LONGS_EQUAL(0, WEXITSTATUS(status));
 }
+#endif
 
 TEST(Realtime, NoWishesNoAnswer) { STRCMP_EQUAL("", become_realtime({false, 0}).c_str()); }

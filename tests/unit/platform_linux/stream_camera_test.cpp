@@ -249,7 +249,8 @@ TEST(StreamCamera, NumbersIncreaseThoughTheDriverCountsAnew) {
   LONGS_EQUAL(14, deliver().sequence);
   CHECK_TRUE(camera->stop() == Status::ok);
   CHECK_TRUE(camera->start() == Status::ok);
-  LONGS_EQUAL(15, deliver().sequence);
+  driver.skip_sequence(40);  // more than ever before
+  LONGS_EQUAL(15 + 40, deliver().sequence);
 }
 
 TEST(StreamCamera, MidExposureFollowsTheMeaningOfTheStamp) {
@@ -338,6 +339,7 @@ TEST(StreamCamera, PushesAllSettingsAtEveryAttempt) {
 }
 
 TEST(StreamCamera, WaitsBetweenAttemptsThatFail) {
+  options.longest_retry = Duration{300 * ms};
   driver.present = false;
   driver.open_answer = Status::no_data;
   build();
@@ -348,18 +350,18 @@ TEST(StreamCamera, WaitsBetweenAttemptsThatFail) {
     pass(1);
   }
   const std::vector<Time>& at = driver.opened_at;
-  CHECK_TRUE(at.size() >= 12 && at.size() <= 17);
+  CHECK_TRUE(at.size() >= 16 && at.size() <= 20);
   check_ns(50 * ms, (at[1] - at[0]).ns);
   check_ns(100 * ms, (at[2] - at[1]).ns);
   check_ns(200 * ms, (at[3] - at[2]).ns);
-  check_ns(400 * ms, (at[4] - at[3]).ns);
-  check_ns(400 * ms, (at.back() - at[at.size() - 2]).ns);
+  check_ns(300 * ms, (at[4] - at[3]).ns);
+  check_ns(300 * ms, (at.back() - at[at.size() - 2]).ns);
   CHECK_TRUE(longest == options.longest_retry);
   STRCMP_EQUAL("/dev/video7: not there", camera->problem().c_str());
   LONGS_EQUAL(at.size(), camera->counts().attempts);
   // Back within the longest pause.
   driver.present = true;
-  pass(400);
+  pass(300);
   CHECK_TRUE(camera->start() == Status::ok);
   LONGS_EQUAL(0, camera->counts().reconnects);  // it never was there before
 }
@@ -434,8 +436,8 @@ TEST(StreamCamera, DamagedFramesAreNoSilence) {
     pass(400);
     driver.offer_damaged();
     CHECK_TRUE(acquire() == Status::incomplete);
+    CHECK_TRUE(acquire() == Status::timeout);
   }
-  CHECK_TRUE(camera->is_streaming());
 }
 
 TEST(StreamCamera, SoftwareTriggerAsksForOneFrameAtATime) {

@@ -125,6 +125,8 @@ TEST(V4l2Driver, WhatIsNoCameraIsRefused) {
   device.open_answer = 0;
   device.answers[VIDIOC_QUERYCAP] = -ENOTTY;
   check_refused(Status::unsupported, "/dev/video0: not a V4L2 device");
+  device.answers[VIDIOC_QUERYCAP] = -EINVAL;
+  check_refused(Status::unsupported, "/dev/video0: not a V4L2 device");
   device.answers.clear();
   device.capabilities = V4L2_CAP_VIDEO_OUTPUT | V4L2_CAP_STREAMING;
   check_refused(Status::unsupported,
@@ -173,6 +175,9 @@ TEST(V4l2Driver, ASizeNotOfferedIsRefused) {
   settings.height_px = 480;
   check_refused(Status::unsupported, "/dev/video0: gives 8 x 4 GREY, 640 x 480 grey8 was asked for");
   settings.height_px = 0;
+  check_refused(Status::invalid_argument, "/dev/video0: the size of the images is needed");
+  settings.height_px = 4;
+  settings.width_px = 0;
   check_refused(Status::invalid_argument, "/dev/video0: the size of the images is needed");
 }
 
@@ -307,6 +312,22 @@ TEST(V4l2Driver, GainIsSetWithoutItsAutomatism) {
   check_refused(Status::unsupported, "/dev/video0: gain of 256: takes 0 to 255");
 }
 
+TEST(V4l2Driver, ControlsOfTheCameraAreSetByName) {
+  device.controls[V4L2_CID_USER_CLASS] = {.name = "User Controls", .type = V4L2_CTRL_TYPE_CTRL_CLASS};
+  device.controls[V4L2_CID_USER_BASE + 0x1001] = {.value = 0, .least = 0, .most = 1, .name = "Trigger Mode"};
+  device.controls[V4L2_CID_USER_BASE + 0x1002] = {.value = 0, .least = -5, .most = 5, .name = "(IO) Line, Edge "};
+  settings.controls = {{"trigger_mode", 1}, {"io_line_edge", -5}};
+  open();
+  LONGS_EQUAL(1, device.controls[V4L2_CID_USER_BASE + 0x1001].value);
+  LONGS_EQUAL(-5, device.controls[V4L2_CID_USER_BASE + 0x1002].value);
+  settings.controls = {{"trigger_mode", 2}};
+  check_refused(Status::unsupported, "/dev/video0: trigger_mode of 2: takes 0 to 1");
+  settings.controls = {{"user_controls", 1}};
+  check_refused(Status::unsupported, "/dev/video0: has no control user_controls; it has trigger_mode, io_line_edge");
+  device.controls.clear();
+  check_refused(Status::unsupported, "/dev/video0: has no control user_controls; it has none");
+}
+
 TEST(V4l2Driver, ThereIsNoSoftwareTrigger) {
   open();
   CHECK_TRUE(driver.trigger() == Status::unsupported);
@@ -321,6 +342,8 @@ TEST(V4l2Driver, WaitsNoLongerThanAsked) {
   open();
   const Time before = clock.peek();
   CHECK_TRUE(driver.take({}, image) == Status::no_data);
+  CHECK_TRUE(driver.take(Duration{-1}, image) == Status::no_data);
+  LONGS_EQUAL(0, device.polls);
   CHECK_TRUE(clock.peek() == before);
   CHECK_TRUE(driver.take(wait, image) == Status::timeout);
   CHECK_TRUE(clock.peek() == before + wait);

@@ -101,6 +101,9 @@ TEST_GROUP(TelemetryCodec) {
   FeaturesPacket features;
   HealthPacket health;
   EventPacket event;
+  TimePacket time;
+  CommandAckPacket ack;
+  PongPacket pong;
 
   void setup() override { event.event_id = static_cast<std::uint16_t>(EventId::frame_gap); }
   template <typename Packet>
@@ -133,6 +136,24 @@ TEST(TelemetryCodec, RandomPacketsComeBackUnchanged) {
     EventPacket event_read;
     CHECK_TRUE(decode(encoded(event), config, event_read) == Status::ok);
     CHECK_TRUE(equal(event_fields, event, event_read));
+
+    randomize_all(g, time_fields, time);
+    time.time_ns = g.next();
+    TimePacket time_read;
+    CHECK_TRUE(decode(encoded(time), config, time_read) == Status::ok);
+    CHECK_TRUE(equal(time_fields, time, time_read));
+
+    randomize_all(g, command_ack_fields, ack);
+    ack.time_ns = g.next();
+    ack.stage = std::array<std::uint8_t, 4>{1, 2, 7, 8}[g.below(4)];
+    CommandAckPacket ack_read;
+    CHECK_TRUE(decode(encoded(ack), config, ack_read) == Status::ok);
+    CHECK_TRUE(equal(command_ack_fields, ack, ack_read));
+
+    pong.time_ns = g.next();
+    PongPacket pong_read;
+    CHECK_TRUE(decode(encoded(pong), config, pong_read) == Status::ok);
+    CHECK_TRUE(equal(pong_fields, pong, pong_read));
 
     randomize_all(g, features_fields, features);
     features.time_ns = g.next();
@@ -181,6 +202,9 @@ TEST(TelemetryCodec, SmallBuffersAreRefusedUntouched) {
   check_small_buffers(rel_state, packet_size(definition_of(PacketId::rel_state)));
   check_small_buffers(health, packet_size(definition_of(PacketId::health)));
   check_small_buffers(event, packet_size(definition_of(PacketId::event)));
+  check_small_buffers(time, packet_size(definition_of(PacketId::time)));
+  check_small_buffers(ack, packet_size(definition_of(PacketId::command_ack)));
+  check_small_buffers(pong, packet_size(definition_of(PacketId::pong)));
   for (std::uint16_t i = 0; i < 5; ++i)
     CHECK_TRUE(features.entries.push_back(packet_samples::feature(i)) == Status::ok);
   check_small_buffers(features, packet_size(definition_of(PacketId::features), 5));
@@ -219,6 +243,49 @@ TEST(TelemetryCodec, EventUnderTheWrongSeverityIsRefused) {
   packet_samples::seal(bytes);
   EventPacket read;
   CHECK_TRUE(decode(bytes, config, read) == Status::invalid_argument);
+}
+
+TEST(TelemetryCodec, AcksGoOutUnderTheirStage) {
+  for (unsigned stage = 0; stage < 256; ++stage) {
+    ack.stage = static_cast<std::uint8_t>(stage);
+    const bool exists = stage == 1 || stage == 2 || stage == 7 || stage == 8;
+    const auto size = encode(ack, context, buffer);
+    CHECK_TRUE(size.has_value() == exists);
+    if (!exists) {
+      CHECK_TRUE(size.status() == Status::invalid_argument);
+      continue;
+    }
+    LONGS_EQUAL(1, buffer[7]);
+    LONGS_EQUAL(stage, buffer[8]);
+    LONGS_EQUAL(1, context.message_count(PacketId::command_ack, ack.stage));
+  }
+  LONGS_EQUAL(4, context.sequence_count(PacketId::command_ack));
+}
+
+TEST(TelemetryCodec, AckUnderAnotherSubtypeThanItsStageIsRefused) {
+  const auto with = [&](std::uint8_t subtype, std::uint8_t stage) {
+    const auto bytes = encoded(ack);
+    bytes[8] = subtype;
+    bytes[19 + 4] = stage;
+    packet_samples::seal(bytes);
+    CommandAckPacket read;
+    return decode(bytes, config, read);
+  };
+  CHECK_TRUE(with(2, 2) == Status::ok);
+  CHECK_TRUE(with(2, 1) == Status::invalid_argument);
+  CHECK_TRUE(with(3, 3) == Status::invalid_argument);  // no stage of ours
+  CHECK_TRUE(with(9, 9) == Status::unsupported);
+}
+
+TEST(TelemetryCodec, EveryMessageTypeHasItsOwnCount) {
+  for (const PacketDefinition& p : packet_definitions) {
+    for (std::uint8_t subtype = p.subtype_first; subtype <= p.subtype_last; ++subtype) context.advance(p.id, subtype);
+  }
+  for (const PacketDefinition& p : packet_definitions) {
+    for (std::uint8_t subtype = p.subtype_first; subtype <= p.subtype_last; ++subtype) {
+      LONGS_EQUAL(1, context.message_count(p.id, subtype));
+    }
+  }
 }
 
 TEST(TelemetryCodec, EventOfANewerTableIsUnsupported) {
@@ -289,7 +356,7 @@ TEST(TelemetryCodec, PacketsOutsideTheTableAreUnsupported) {
     packet_samples::seal(bytes);
     return decode(bytes, config, read);
   };
-  CHECK_TRUE(with_byte(1, 0x04) == Status::unsupported);  // first APID above
+  CHECK_TRUE(with_byte(1, 0x07) == Status::unsupported);  // first APID above
   CHECK_TRUE(with_byte(0, 0x08) == Status::unsupported);  // APID below
   CHECK_TRUE(with_byte(7, 5) == Status::unsupported);     // service
   CHECK_TRUE(with_byte(8, 24) == Status::unsupported);    // subtype
@@ -320,7 +387,7 @@ TEST(TelemetryCodec, BodyOfAnotherSizeIsIncomplete) {
   CHECK_TRUE(resized(-1) == Status::incomplete);
   CHECK_TRUE(resized(1) == Status::incomplete);
   CHECK_TRUE(resized(0) == Status::ok);
-  CHECK_TRUE(resized(21 - 88) == Status::incomplete);  // headers and CRC only
+  CHECK_TRUE(resized(21 - 104) == Status::incomplete);  // headers and CRC only
 }
 
 TEST(TelemetryCodec, EntryCountThatDoesNotFitTheBodyIsIncomplete) {

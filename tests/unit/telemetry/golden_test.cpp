@@ -126,9 +126,23 @@ TEST(TelemetryGolden, Health) {
   const auto packet = check<HealthPacket>("health", PacketId::health, 25);
   LONGS_EQUAL(100001, packet.frames_processed);
   LONGS_EQUAL(21, packet.events_suppressed);
+  UNSIGNED_LONGS_EQUAL(4294967295, packet.latency_max_us);
+  LONGS_EQUAL(25, packet.arrival_latency_max_us);
 }
 TEST(TelemetryGolden, Event) {
   const auto packet = check<EventPacket>("event", PacketId::event, 2);
   LONGS_EQUAL(4, packet.event_id);
   CHECK_TRUE(packet.args[3] == std::numeric_limits<std::int64_t>::min());
 }
+TEST(TelemetryGolden, Time) {
+  const auto packet = check<TimePacket>("time", PacketId::time, 25);
+  CHECK_TRUE(packet.tai_ns == 2'078'691'237'000'000'000ULL);
+  LONGS_EQUAL(-20000, packet.drift_ppb);
+  LONGS_EQUAL(-33, packet.exposure_offset_ns);
+}
+TEST(TelemetryGolden, CommandAck) {
+  const auto packet = check<CommandAckPacket>("command_ack", PacketId::command_ack, 8);
+  LONGS_EQUAL(0x1923, packet.request_packet_id);
+  LONGS_EQUAL(128, packet.subtype);
+}
+TEST(TelemetryGolden, Pong) { CHECK_TRUE(check<PongPacket>("pong", PacketId::pong, 2).time_ns > 0); }

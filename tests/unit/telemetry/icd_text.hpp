@@ -8,7 +8,7 @@
 #include <string_view>
 #include <vector>
 
-#include "fsw/telemetry/ccsds.hpp"
+#include "fsw/telemetry/telecommand.hpp"
 
 namespace icd_text {
 
@@ -98,6 +98,17 @@ inline void event_rows(std::ostream& out) {
   }
 }
 
+inline void telecommand_rows(std::ostream& out) {
+  out << "\n### Telecommands\n\n| name | service, subtype | data | bytes | what it does |\n|---|---|---|---|---|\n";
+  for (const TelecommandDefinition& d : telecommand_definitions) {
+    out << "| `" << d.name << "` | " << int{d.service} << ", " << int{d.subtype} << " | ";
+    if (data_bytes(d) == 0) out << "none";
+    if (d.function_id != 0) out << "u8 function id " << int{d.function_id};
+    if (d.argument_bytes != 0) out << "u" << 8 * d.argument_bytes << " argument";
+    out << " | " << telecommand_size(d) << " | " << d.description << " |\n";
+  }
+}
+
 /// Everything between the two markers of the document.
 inline std::string tables() {
   std::ostringstream out;
@@ -110,6 +121,7 @@ inline std::string tables() {
   }
   code_lists(out, all);
   event_rows(out);
+  telecommand_rows(out);
   return out.str();
 }
 

@@ -46,16 +46,26 @@ const std::vector<Place> features_places{
 const std::vector<Place> feature_entry_places{{"slot", 0, 2},     {"generation", 2, 2},   {"u_px_256", 4, 4},
                                               {"v_px_256", 8, 4}, {"residual_px", 12, 4}, {"use", 16, 1}};
 const std::vector<Place> health_places{
-    {"time_ns", 0, 8},         {"frame_sequence", 8, 4},     {"mode", 12, 1},
-    {"flags", 13, 1},          {"last_status", 14, 1},       {"frames_processed", 15, 4},
-    {"frames_refused", 19, 4}, {"frames_incomplete", 23, 4}, {"frames_lost", 27, 4},
-    {"camera_losses", 31, 2},  {"features", 33, 2},          {"matched", 35, 2},
-    {"inliers", 37, 2},        {"refused_updates", 39, 4},   {"covariance_repairs", 43, 4},
-    {"reset_counter", 47, 2},  {"test_ratio", 49, 4},        {"telemetry_dropped", 53, 4},
-    {"event_count", 57, 4},    {"events_suppressed", 61, 4}};
+    {"time_ns", 0, 8},         {"frame_sequence", 8, 4},      {"mode", 12, 1},
+    {"flags", 13, 1},          {"last_status", 14, 1},        {"frames_processed", 15, 4},
+    {"frames_refused", 19, 4}, {"frames_incomplete", 23, 4},  {"frames_lost", 27, 4},
+    {"camera_losses", 31, 2},  {"features", 33, 2},           {"matched", 35, 2},
+    {"inliers", 37, 2},        {"refused_updates", 39, 4},    {"covariance_repairs", 43, 4},
+    {"reset_counter", 47, 2},  {"test_ratio", 49, 4},         {"telemetry_dropped", 53, 4},
+    {"event_count", 57, 4},    {"events_suppressed", 61, 4},  {"latency_us", 65, 4},
+    {"latency_max_us", 69, 4}, {"arrival_latency_us", 73, 4}, {"arrival_latency_max_us", 77, 4}};
 const std::vector<Place> event_places{{"event_id", 0, 2}, {"occurrence", 2, 4}, {"suppressed", 6, 4},
                                       {"status", 10, 1},  {"time_ns", 11, 8},   {"frame_sequence", 19, 4},
                                       {"args", 23, 32}};
+const std::vector<Place> time_places{
+    {"time_ns", 0, 8},       {"tai_ns", 8, 8},          {"drift_ppb", 16, 4},         {"residual_ns", 20, 4},
+    {"pulse_age_ms", 24, 4}, {"pulses_used", 28, 4},    {"pulses_missed", 32, 4},     {"pulses_refused", 36, 4},
+    {"sync", 40, 1},         {"seconds_source", 41, 1}, {"exposure_offset_ns", 42, 4}};
+/// The first four: PUS request identifier.
+const std::vector<Place> command_ack_places{
+    {"request_packet_id", 0, 2}, {"request_sequence", 2, 2}, {"stage", 4, 1},  {"code", 5, 1},
+    {"service", 6, 1},           {"subtype", 7, 1},          {"time_ns", 8, 8}};
+const std::vector<Place> pong_places{{"time_ns", 0, 8}};
 
 /// Bytes of the field with all bits set as packet_samples::fill() does, and zero.
 void check_bytes(std::span<const std::uint8_t> bytes, bool ones, const FieldDefinition& field) {
@@ -100,6 +110,7 @@ void walk(Packet& packet, Value& value, const Fields& fields, std::span<const Fi
           },
           fields);
       if constexpr (requires { packet.event_id; }) packet.event_id = static_cast<std::uint16_t>(EventId::frame_gap);
+      if constexpr (requires { packet.stage; }) packet.stage = static_cast<std::uint8_t>(CommandStage::failed);
       if constexpr (requires { packet.parts; }) {
         if (packet.part >= packet.parts) continue;  // refused by encode(): seen by CodecRefuses
       }
@@ -108,7 +119,7 @@ void walk(Packet& packet, Value& value, const Fields& fields, std::span<const Fi
       const auto size = encode(packet, context, buffer);
       CHECK_TRUE(size.has_value());
       for (std::size_t i = 0; i < places.size(); ++i) {
-        if (std::strcmp(places[i].name, "event_id") == 0) continue;
+        if (std::strcmp(places[i].name, "event_id") == 0 || std::strcmp(places[i].name, "stage") == 0) continue;
         check_bytes(std::span<const std::uint8_t>(buffer).subspan(body_start + places[i].offset, places[i].bytes),
                     (i == target) != ones, definitions[i]);
       }
@@ -125,6 +136,9 @@ TEST(TelemetryLayout, FeaturesTable) { check_table(features_field_definitions, f
 TEST(TelemetryLayout, FeatureEntryTable) { check_table(feature_entry_field_definitions, feature_entry_places); }
 TEST(TelemetryLayout, HealthTable) { check_table(health_field_definitions, health_places); }
 TEST(TelemetryLayout, EventTable) { check_table(event_field_definitions, event_places); }
+TEST(TelemetryLayout, TimeTable) { check_table(time_field_definitions, time_places); }
+TEST(TelemetryLayout, CommandAckTable) { check_table(command_ack_field_definitions, command_ack_places); }
+TEST(TelemetryLayout, PongTable) { check_table(pong_field_definitions, pong_places); }
 
 TEST(TelemetryLayout, RelStateFieldsMoveOnlyTheirOwnBits) {
   RelStatePacket packet;
@@ -139,6 +153,21 @@ TEST(TelemetryLayout, HealthFieldsMoveOnlyTheirOwnBits) {
 TEST(TelemetryLayout, EventFieldsMoveOnlyTheirOwnBits) {
   EventPacket packet;
   walk(packet, packet, event_fields, event_field_definitions, event_places, 19);
+}
+
+TEST(TelemetryLayout, TimeFieldsMoveOnlyTheirOwnBits) {
+  TimePacket packet;
+  walk(packet, packet, time_fields, time_field_definitions, time_places, 21);
+}
+
+TEST(TelemetryLayout, CommandAckFieldsMoveOnlyTheirOwnBits) {
+  CommandAckPacket packet;
+  walk(packet, packet, command_ack_fields, command_ack_field_definitions, command_ack_places, 19);
+}
+
+TEST(TelemetryLayout, PongFieldsMoveOnlyTheirOwnBits) {
+  PongPacket packet;
+  walk(packet, packet, pong_fields, pong_field_definitions, pong_places, 19);
 }
 
 TEST(TelemetryLayout, FeaturesFieldsMoveOnlyTheirOwnBits) {
@@ -164,8 +193,11 @@ TEST(TelemetryLayout, SizesOfPackets) {
   LONGS_EQUAL(21 + 2 + 293, packet_size(definition_of(PacketId::rel_state)));
   LONGS_EQUAL(21 + 2 + 16 + 2, packet_size(definition_of(PacketId::features)));
   LONGS_EQUAL(21 + 2 + 16 + 2 + 64 * 17, packet_size(definition_of(PacketId::features), 64));
-  LONGS_EQUAL(21 + 2 + 65, packet_size(definition_of(PacketId::health)));
+  LONGS_EQUAL(21 + 2 + 81, packet_size(definition_of(PacketId::health)));
   LONGS_EQUAL(21 + 55, packet_size(definition_of(PacketId::event)));
+  LONGS_EQUAL(21 + 2 + 46, packet_size(definition_of(PacketId::time)));
+  LONGS_EQUAL(21 + 16, packet_size(definition_of(PacketId::command_ack)));
+  LONGS_EQUAL(21 + 8, packet_size(definition_of(PacketId::pong)));
 }
 
 TEST(TelemetryLayout, FullestPacketsStayWithinTheLimit) {

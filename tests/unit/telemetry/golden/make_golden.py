@@ -55,12 +55,26 @@ PACKETS = {
             ("features", "u16", [40]), ("matched", "u16", [33]), ("inliers", "u16", [31]), ("refused_updates", "u32", [16]),
             ("covariance_repairs", "u32", [17]), ("reset_counter", "u16", [18]), ("test_ratio", "f32", [0.5]),
             ("telemetry_dropped", "u32", [19]), ("event_count", "u32", [20]), ("events_suppressed", "u32", [21]),
+            ("latency_us", "u32", [22]), ("latency_max_us", "u32", [4294967295]), ("arrival_latency_us", "u32", [24]),
+            ("arrival_latency_max_us", "u32", [25]),
         ]),
     "event": dict(
         offset=3, service=5, subtype=2, structure=None,
         fields=[("event_id", "u16", [4]), ("occurrence", "u32", [70000]), ("suppressed", "u32", [2]), ("status", "u8", [10]),
                 ("time_ns", "u64", [TIME_NS]), ("frame_sequence", "u32", [99]),
                 ("args", "i64", [98, TIME_NS, -1, -9223372036854775808])]),
+    "time": dict(
+        offset=4, service=3, subtype=25, structure=5,
+        fields=[("time_ns", "u64", [TIME_NS]), ("tai_ns", "u64", [2078691237 * 10**9]), ("drift_ppb", "i32", [-20000]),
+                ("residual_ns", "i32", [-2147483648]), ("pulse_age_ms", "u32", [70000]), ("pulses_used", "u32", [30]),
+                ("pulses_missed", "u32", [31]), ("pulses_refused", "u32", [32]), ("sync", "u8", [2]),
+                ("seconds_source", "u8", [1]), ("exposure_offset_ns", "i32", [-33])]),
+    "command_ack": dict(
+        offset=5, service=1, subtype=8, structure=None,
+        fields=[("request_packet_id", "u16", [0x1800 | BASE]), ("request_sequence", "u16", [0xC000 | 4711]),
+                ("stage", "u8", [8]), ("code", "u8", [6]), ("service", "u8", [9]), ("subtype", "u8", [128]),
+                ("time_ns", "u64", [TIME_NS])]),
+    "pong": dict(offset=6, service=17, subtype=2, structure=None, fields=[("time_ns", "u64", [TIME_NS])]),
 }
 
 
