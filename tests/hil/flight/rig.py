@@ -295,9 +295,14 @@ class Process:
         return "\n".join(text for _, text in self.lines)
 
     def wait_for_line(self, part, seconds=10.0):
+        return self.wait_for_nth_line(part, 1, seconds)
+
+    def wait_for_nth_line(self, part, n, seconds=10.0):
+        """When the n-th line with `part` came, n from 1."""
+        def times():
+            return [at for at, text in self.lines if part in text]
         with self.changed:
-            self.changed.wait_for(lambda: part in self.output, seconds)
-            return next((at for at, text in self.lines if part in text), None)
+            return times()[n - 1] if self.changed.wait_for(lambda: len(times()) >= n, seconds) else None
 
     def kill(self):
         """As a loss of power would."""
