@@ -10,6 +10,7 @@ toolchain=toolchains/$preset.cmake
 [ -f "$toolchain" ] || { echo "toolchains/sysroot.sh: there is no $toolchain" >&2; exit 2; }
 root=$PWD/build/sysroots/$preset
 sources=$PWD/build/sysroots/sources
+packages=(cpputest zlib libpng1.6 yaml-cpp libgpiod)
 
 stamp=$(cat "$toolchain" toolchains/sysroot.sh toolchains/sysroot/* | sha256sum)
 [ "$(cat "$root/stamp" 2>/dev/null)" != "$stamp" ] || exit 0
@@ -24,10 +25,12 @@ fetch() {
   local apt=(apt-get -q -o "Dir::Etc::sourcelist=$state/sources.list" -o Dir::Etc::sourceparts=/dev/null
     -o "Dir::State::lists=$state/lists" -o "Dir::Cache=$state/cache" -o APT::Sandbox::User=root)
   "${apt[@]}" update
-  (cd "$sources.part" && "${apt[@]}" source cpputest zlib libpng1.6 yaml-cpp)
+  (cd "$sources.part" && "${apt[@]}" source "${packages[@]}")
+  echo "${packages[*]}" >"$sources.part/packages"
+  rm -rf "$sources"
   mv "$sources.part" "$sources"
 }
-if [ ! -d "$sources" ]; then
+if [ "$(cat "$sources/packages" 2>/dev/null)" != "${packages[*]}" ]; then
   rm -rf "$sources.part"
   fetch
 fi

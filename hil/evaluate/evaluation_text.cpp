@@ -2,7 +2,7 @@
 
 #include "hil/evaluate/evaluation.hpp"
 #include "hil/evaluate/rotation.hpp"
-#include "hil/io/text.hpp"
+#include "platform/files/text.hpp"
 
 namespace relnav::hil {
 namespace {

@@ -2,8 +2,8 @@
 
 #include <cmath>
 
-#include "hil/io/input_error.hpp"
-#include "hil/io/text.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/text.hpp"
 
 namespace relnav::hil {
 namespace {

@@ -5,8 +5,8 @@
 #include <optional>
 #include <string_view>
 
-#include "hil/io/input_error.hpp"
-#include "hil/io/text.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/text.hpp"
 
 namespace relnav::hil {
 namespace {

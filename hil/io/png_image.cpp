@@ -9,7 +9,7 @@
 #include <stdexcept>
 
 #include "hil/io/image.hpp"
-#include "hil/io/input_error.hpp"
+#include "platform/files/input_error.hpp"
 
 namespace relnav::hil {
 namespace {

@@ -1,6 +1,6 @@
 #include "hil/io/raw_container.hpp"
 
-#include "hil/io/input_error.hpp"
+#include "platform/files/input_error.hpp"
 
 namespace relnav::hil {
 

@@ -3,7 +3,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "hil/io/input_error.hpp"
+#include "platform/files/input_error.hpp"
 
 namespace relnav::hil {
 

@@ -4,7 +4,7 @@
 #include <chrono>
 #include <thread>
 
-#include "hil/io/input_error.hpp"
+#include "platform/files/input_error.hpp"
 
 namespace relnav::hil {
 

@@ -3,9 +3,9 @@
 #include <filesystem>
 
 #include "hil/io/covariance_csv.hpp"
-#include "hil/io/input_error.hpp"
-#include "hil/io/text.hpp"
 #include "hil/io/trajectory.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/text.hpp"
 
 namespace relnav::hil {
 

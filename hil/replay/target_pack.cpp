@@ -5,8 +5,8 @@
 #include <stdexcept>
 
 #include "fsw/app/config_image.hpp"
-#include "hil/io/input_error.hpp"
 #include "hil/io/raw_container.hpp"
+#include "platform/files/input_error.hpp"
 #include "platform/host/steady_clock.hpp"
 
 namespace relnav::hil {

@@ -4,8 +4,8 @@
 #include <vector>
 
 #include "hal/packet_link.hpp"
-#include "platform/host/file_packet_link.hpp"
-#include "platform/host/udp_packet_link.hpp"
+#include "platform/posix/file_packet_link.hpp"
+#include "platform/posix/udp_packet_link.hpp"
 
 namespace relnav::hil {
 
@@ -28,8 +28,8 @@ class TelemetryLink final : public hal::PacketLink {
  private:
   std::string path_;
   std::vector<std::vector<std::uint8_t>> early_;
-  platform::host::FilePacketLink file_;
-  platform::host::UdpPacketLink udp_;
+  platform::posix::FilePacketLink file_;
+  platform::posix::UdpPacketLink udp_;
   bool has_udp_ = false;
   Listener listener_;
   std::string problem_;

@@ -7,9 +7,9 @@
 
 #include "hil/evaluate/rotation.hpp"
 #include "hil/io/image.hpp"
-#include "hil/io/text.hpp"
 #include "hil/report/assets.hpp"
 #include "hil/report/base64.hpp"
+#include "platform/files/text.hpp"
 
 namespace relnav::hil {
 namespace {

@@ -2,10 +2,10 @@
 
 #include <filesystem>
 
-#include "hil/io/camera_rig_file.hpp"
-#include "hil/io/input_error.hpp"
-#include "hil/io/target_file.hpp"
 #include "hil/replay/output_file.hpp"
+#include "platform/files/camera_rig_file.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/target_file.hpp"
 
 namespace relnav::hil {
 namespace {

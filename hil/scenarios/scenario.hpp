@@ -5,10 +5,10 @@
 
 #include "fsw/geometry/camera_rig.hpp"
 #include "fsw/geometry/target_model.hpp"
-#include "hil/io/camera_file.hpp"
 #include "hil/io/observation_file.hpp"
 #include "hil/io/trajectory.hpp"
 #include "hil/scenarios/gaussian.hpp"
+#include "platform/files/camera_file.hpp"
 
 namespace relnav::hil {
 

@@ -3,7 +3,7 @@
 #include <nlohmann/json.hpp>
 
 #include "fsw/telemetry/visit.hpp"
-#include "hil/io/text.hpp"
+#include "platform/files/text.hpp"
 
 namespace relnav::hil {
 namespace {

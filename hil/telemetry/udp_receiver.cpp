@@ -8,7 +8,7 @@
 #include <cerrno>
 #include <cstring>
 
-#include "hil/io/input_error.hpp"
+#include "platform/files/input_error.hpp"
 
 namespace relnav::hil {
 

@@ -4,8 +4,8 @@
 #include <memory>
 
 #include "hil/evaluate/evaluation.hpp"
-#include "hil/io/input_error.hpp"
 #include "hil/tool/commands.hpp"
+#include "platform/files/input_error.hpp"
 
 namespace relnav::hil {
 namespace {

@@ -3,9 +3,9 @@
 #include <cmath>
 #include <filesystem>
 
-#include "hil/io/camera_file.hpp"
-#include "hil/io/input_error.hpp"
-#include "hil/io/target_file.hpp"
+#include "platform/files/camera_file.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/target_file.hpp"
 
 namespace relnav::hil {
 

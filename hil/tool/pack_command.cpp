@@ -2,10 +2,10 @@
 #include <filesystem>
 #include <memory>
 
-#include "hil/io/input_error.hpp"
 #include "hil/replay/target_pack.hpp"
 #include "hil/tool/commands.hpp"
 #include "hil/tool/flight_options.hpp"
+#include "platform/files/input_error.hpp"
 
 namespace relnav::hil {
 namespace {

@@ -4,7 +4,6 @@
 #include <memory>
 #include <optional>
 
-#include "hil/io/input_error.hpp"
 #include "hil/replay/flight_driver.hpp"
 #include "hil/replay/replay_run.hpp"
 #include "hil/replay/summary.hpp"
@@ -15,6 +14,7 @@
 #include "hil/tool/flight_options.hpp"
 #include "hil/tool/interrupt.hpp"
 #include "hil/tool/progress.hpp"
+#include "platform/files/input_error.hpp"
 #include "platform/host/steady_clock.hpp"
 
 namespace relnav::hil {

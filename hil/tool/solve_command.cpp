@@ -3,9 +3,6 @@
 #include <filesystem>
 #include <memory>
 
-#include "hil/io/camera_rig_file.hpp"
-#include "hil/io/input_error.hpp"
-#include "hil/io/target_file.hpp"
 #include "hil/replay/summary.hpp"
 #include "hil/replay/telemetry_link.hpp"
 #include "hil/report/report.hpp"
@@ -14,6 +11,9 @@
 #include "hil/tool/commands.hpp"
 #include "hil/tool/interrupt.hpp"
 #include "hil/tool/progress.hpp"
+#include "platform/files/camera_rig_file.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/target_file.hpp"
 
 namespace relnav::hil {
 namespace {

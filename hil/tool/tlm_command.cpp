@@ -1,12 +1,12 @@
 #include <cstdio>
 #include <memory>
 
-#include "hil/io/input_error.hpp"
-#include "hil/io/text.hpp"
 #include "hil/telemetry/packet_text.hpp"
 #include "hil/telemetry/udp_receiver.hpp"
 #include "hil/tool/commands.hpp"
 #include "hil/tool/interrupt.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/text.hpp"
 
 namespace relnav::hil {
 namespace {

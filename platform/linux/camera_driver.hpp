@@ -2,6 +2,7 @@
 #include <cstdint>
 #include <span>
 #include <string>
+#include <vector>
 
 #include "fsw/base/status.hpp"
 #include "fsw/base/time.hpp"
@@ -12,11 +13,11 @@ namespace relnav::platform::linux {
 /// How pixels lie in a driver's buffer. Multi-byte values are little-endian.
 enum class RawFormat : std::uint8_t {
   grey8,
-  y10,    ///< 10 significant bits in 16
-  y12,    ///< 12 significant bits in 16
+  y10,  ///< 10 significant bits in 16
+  y12,  ///< 12 significant bits in 16
   y16,
-  y10p,   ///< 4 pixels in 5 bytes, as GenICam's Mono10p: a stream of bits, lowest first
-  y12p,   ///< 2 pixels in 3 bytes, as GenICam's Mono12p
+  y10p,  ///< 4 pixels in 5 bytes, as GenICam's Mono10p: a stream of bits, lowest first
+  y12p,  ///< 2 pixels in 3 bytes, as GenICam's Mono12p
   yuyv,
   bayer_rggb8,
   bayer_grbg8,
@@ -33,22 +34,31 @@ enum class Trigger : std::uint8_t {
   line,      ///< one frame for each edge on the camera's input, driven by somebody else
 };
 
+/// A control of the device that has no member of its own in CameraSettings, such as a sensor's trigger mode.
+struct DeviceControl {
+  std::string name;  ///< as v4l2-ctl writes it, e.g. "trigger_mode"
+  std::int32_t value = 0;
+};
+
 /// Everything that a camera is told. A driver's open() pushes all of it, each time: a camera that lost its power has forgotten.
 struct CameraSettings {
   std::string device;  ///< v4l2: path of the device node; aravis: name, serial number or address, as Aravis lists them
   std::string serial;  ///< aravis: the camera must have this serial number; empty: any
   std::uint32_t width_px = 0;
   std::uint32_t height_px = 0;
-  std::string format;    ///< name in RawFormat's spelling, e.g. "grey8"; empty: the best that the camera offers, deepest first
-  double rate_hz = 0.0;  ///< 0: as the camera stands
-  double exposure_us = 0.0;  ///< 0: as the camera stands
-  double gain = -1.0;        ///< in the driver's unit; negative: as the camera stands
+  std::string
+      format;  ///< name in RawFormat's spelling, e.g. "grey8"; empty: the best that the camera offers, deepest first
+  double rate_hz = 0.0;                 ///< 0: as the camera stands
+  double exposure_us = 0.0;             ///< 0: as the camera stands
+  double gain = -1.0;                   ///< in the driver's unit; negative: as the camera stands
+  std::vector<DeviceControl> controls;  ///< v4l2: set after all else, in this order
   Trigger trigger = Trigger::free_running;
   StampMeaning stamp_meaning = StampMeaning::end_of_exposure;  ///< where the driver does not say
-  bool original_stamps = false;  ///< stamps are taken as they are, of the camera's own clock (a replayed capture, a camera under PTP);
-                                 ///< else they are brought to CLOCK_MONOTONIC
+  bool original_stamps =
+      false;  ///< stamps are taken as they are, of the camera's own clock (a replayed capture, a camera under PTP);
+              ///< else they are brought to CLOCK_MONOTONIC
   std::uint32_t packet_bytes = 0;         ///< GigE Vision; 0: negotiated
-  std::uint32_t socket_buffer_bytes = 0;  ///< GigE Vision; 0: as the system gives
+  std::uint32_t socket_buffer_bytes = 0;  ///< GigE Vision; 0: two frames, or what the system allows
 };
 
 /// One buffer of a driver, on loan until give_back().

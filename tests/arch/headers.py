@@ -1,5 +1,5 @@
 #!/usr/bin/env python3
-"""Every header of fsw/, hal/ and platform/host compiles on its own, and twice in a row, with the build's warnings."""
+"""Every header of fsw/, hal/, platform/host and platform/posix compiles on its own, and twice in a row, with the build's warnings."""
 import concurrent.futures
 
 import common
@@ -18,7 +18,7 @@ def compile_alone(root, header, flags):
 
 def check(root):
     flags = common.strict_flags() + common.eigen_flags()
-    headers = common.sources(root, ["fsw", "hal", "platform/host"], {".hpp", ".h"})
+    headers = common.sources(root, ["fsw", "hal", "platform/host", "platform/posix"], {".hpp", ".h"})
     if not headers:
         return ["no headers found"]
     with concurrent.futures.ThreadPoolExecutor(max_workers=2) as pool:

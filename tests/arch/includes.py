@@ -38,7 +38,9 @@ def sees(path, room, other):
         return True
     if room.startswith("platform/"):
         if pathlib.PurePosixPath(path).name == "main.cpp":  # the one place that wires things up
-            return other == "hal" or other.startswith("fsw/")
+            return other in {"hal", "platform/files", "platform/posix"} or other.startswith("fsw/")
+        if room == "platform/files":  # fills the flight code's configuration
+            return other.startswith("fsw/")
         return other in {"hal", "fsw/base"}
     return other in BELOW.get(room, set())
 
@@ -83,7 +85,8 @@ def tree(files):
     base = {name: "" for name in ("fsw/config.hpp", "fsw/base/status.hpp", "fsw/math/types.hpp", "fsw/attitude/dcm.hpp",
                                   "fsw/geometry/pose.hpp", "fsw/vision/fast.hpp", "fsw/estimation/ekf.hpp",
                                   "fsw/telemetry/packet.hpp", "fsw/app/loop.hpp", "hal/camera.hpp",
-                                  "platform/host/stub.hpp", "platform/linux/udp.hpp", "hil/tool.hpp", "tests/support/x.hpp")}
+                                  "platform/host/stub.hpp", "platform/linux/gpio.hpp", "platform/posix/udp.hpp",
+                                  "hil/tool.hpp", "tests/support/x.hpp")}
     return {**base, **files}
 
 
@@ -97,7 +100,7 @@ SEEDS = [
         "fsw/vision/a.cpp": '#include <cstdint>\n#include "fsw/geometry/pose.hpp"\n',
         "fsw/app/a.cpp": '#include "fsw/vision/fast.hpp"\n#include "fsw/estimation/ekf.hpp"\n#include "hal/camera.hpp"\n',
         "platform/host/a.cpp": '#include <chrono>\n#include "hal/camera.hpp"\n#include "fsw/base/status.hpp"\n',
-        "platform/host/main.cpp": '#include "fsw/app/loop.hpp"\n',
+        "platform/linux/main.cpp": '#include "fsw/app/loop.hpp"\n#include "platform/posix/udp.hpp"\n',
         "fsw/base/c.hpp": '// #include <vector>\n/* #include "hal/camera.hpp" */\n'}), None),
     seed("base upwards", "fsw/base/a.hpp", '"fsw/math/types.hpp"', "fsw/base must not include"),
     seed("vision to estimation", "fsw/vision/a.cpp", '"fsw/estimation/ekf.hpp"', "fsw/vision must not include"),
@@ -105,8 +108,10 @@ SEEDS = [
     seed("telemetry to math", "fsw/telemetry/a.cpp", '"fsw/math/types.hpp"', "fsw/telemetry must not include"),
     seed("estimation to the HAL", "fsw/estimation/a.cpp", '"hal/camera.hpp"', "fsw/estimation must not include"),
     seed("HAL to the loop", "hal/a.hpp", '"fsw/app/loop.hpp"', "hal must not include"),
-    seed("platform to platform", "platform/host/a.cpp", '"platform/linux/udp.hpp"', "platform/host must not include"),
+    seed("platform to platform", "platform/host/a.cpp", '"platform/linux/gpio.hpp"', "platform/host must not include"),
     seed("platform to the core", "platform/linux/a.cpp", '"fsw/estimation/ekf.hpp"', "platform/linux must not include"),
+    seed("platform to what POSIX systems share", "platform/linux/a.cpp", '"platform/posix/udp.hpp"',
+         "platform/linux must not include"),
     seed("main.cpp to another platform", "platform/linux/main.cpp", '"platform/host/stub.hpp"', "must not include"),
     seed("flight code to hil", "fsw/app/a.cpp", '"hil/tool.hpp"', "fsw/app must not include"),
     seed("platform to tests", "platform/host/a.cpp", '"tests/support/x.hpp"', "platform/host must not include"),

@@ -13,17 +13,17 @@
 #include <string>
 #include <vector>
 
-#include "platform/host/file_packet_link.hpp"
 #include "platform/host/scripted_packet_link.hpp"
-#include "platform/host/udp_packet_link.hpp"
+#include "platform/posix/file_packet_link.hpp"
+#include "platform/posix/udp_packet_link.hpp"
 #include "tests/contract/packet_link_contract.hpp"
 
 namespace {
 
 using relnav::Status;
-using relnav::platform::host::FilePacketLink;
 using relnav::platform::host::ScriptedPacketLink;
-using relnav::platform::host::UdpPacketLink;
+using relnav::platform::posix::FilePacketLink;
+using relnav::platform::posix::UdpPacketLink;
 using Packets = std::vector<std::vector<std::uint8_t>>;
 
 class ScriptedLinkHarness {

@@ -10,12 +10,12 @@
 #include <sstream>
 
 #include "hil/evaluate/rotation.hpp"
-#include "hil/io/camera_rig_file.hpp"
 #include "hil/io/covariance_csv.hpp"
 #include "hil/io/image.hpp"
 #include "hil/io/trajectory.hpp"
 #include "hil/scenarios/stereo_scenarios.hpp"
-#include "tests/unit/hil/scratch.hpp"
+#include "platform/files/camera_rig_file.hpp"
+#include "tests/support/scratch.hpp"
 
 using relnav::test::Scratch;
 

@@ -6,13 +6,13 @@
 
 #include "hil/evaluate/evaluation.hpp"
 #include "hil/evaluate/rotation.hpp"
-#include "hil/io/camera_rig_file.hpp"
 #include "hil/scenarios/random_scenario.hpp"
 #include "hil/scenarios/stereo_scenarios.hpp"
 #include "hil/scenarios/table1_scenario.hpp"
 #include "hil/scenarios/targets.hpp"
+#include "platform/files/camera_rig_file.hpp"
 #include "tests/support/dense.hpp"
-#include "tests/unit/hil/scratch.hpp"
+#include "tests/support/scratch.hpp"
 
 using namespace relnav;
 using namespace relnav::hil;

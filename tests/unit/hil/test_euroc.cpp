@@ -1,7 +1,8 @@
 #include "hil/io/euroc.hpp"
 
-#include "tests/unit/hil/scratch.hpp"
+#include "tests/support/scratch.hpp"
 
+using namespace relnav;
 using namespace relnav::hil;
 using relnav::test::message_of;
 using relnav::test::Scratch;

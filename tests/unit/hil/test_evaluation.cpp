@@ -6,7 +6,7 @@
 #include "fsw/base/generator.hpp"
 #include "hil/evaluate/chi_square.hpp"
 #include "hil/evaluate/rotation.hpp"
-#include "tests/unit/hil/scratch.hpp"
+#include "tests/support/scratch.hpp"
 
 using namespace relnav;
 using namespace relnav::hil;

@@ -1,10 +1,10 @@
-#include "hil/replay/flight_config_file.hpp"
+#include "platform/files/flight_config_file.hpp"
 
-#include "hil/io/text.hpp"
 #include "hil/replay/flight_driver.hpp"
+#include "platform/files/text.hpp"
 #include "platform/host/scripted_camera.hpp"
 #include "platform/host/scripted_packet_link.hpp"
-#include "tests/unit/hil/scratch.hpp"
+#include "tests/support/scratch.hpp"
 
 using namespace relnav;
 using namespace relnav::hil;

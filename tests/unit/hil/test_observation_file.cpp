@@ -1,7 +1,7 @@
 #include "hil/io/observation_file.hpp"
 
-#include "hil/io/camera_rig_file.hpp"
-#include "tests/unit/hil/scratch.hpp"
+#include "platform/files/camera_rig_file.hpp"
+#include "tests/support/scratch.hpp"
 
 using namespace relnav;
 using namespace relnav::hil;

@@ -3,7 +3,7 @@
 
 #include "hil/replay/telemetry_link.hpp"
 #include "hil/telemetry/packet_text.hpp"
-#include "tests/unit/hil/scratch.hpp"
+#include "tests/support/scratch.hpp"
 
 using namespace relnav;
 using namespace relnav::hil;

@@ -5,9 +5,10 @@
 #include <vector>
 
 #include "hil/io/image.hpp"
+#include "tests/support/scratch.hpp"
 #include "tests/unit/hil/hand_made_png.hpp"
-#include "tests/unit/hil/scratch.hpp"
 
+using namespace relnav;
 using namespace relnav::hil;
 using relnav::test::add_be32;
 using relnav::test::add_chunk;

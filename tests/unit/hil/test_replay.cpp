@@ -4,14 +4,14 @@
 #include <sstream>
 
 #include "hil/io/image.hpp"
-#include "hil/io/text.hpp"
 #include "hil/replay/replay_run.hpp"
 #include "hil/replay/summary.hpp"
 #include "hil/report/base64.hpp"
 #include "hil/report/report.hpp"
+#include "platform/files/text.hpp"
+#include "tests/support/scratch.hpp"
 #include "tests/unit/hil/fake_loop.hpp"
 #include "tests/unit/hil/hand_made_png.hpp"
-#include "tests/unit/hil/scratch.hpp"
 
 using namespace relnav;
 using namespace relnav::hil;

@@ -3,15 +3,15 @@
 #include <cmath>
 
 #include "hil/evaluate/rotation.hpp"
-#include "hil/io/camera_rig_file.hpp"
-#include "hil/io/target_file.hpp"
-#include "hil/io/text.hpp"
 #include "hil/scenarios/orbit.hpp"
 #include "hil/scenarios/random_scenario.hpp"
 #include "hil/scenarios/stereo_scenarios.hpp"
 #include "hil/scenarios/table1_scenario.hpp"
 #include "hil/scenarios/targets.hpp"
-#include "tests/unit/hil/scratch.hpp"
+#include "platform/files/camera_rig_file.hpp"
+#include "platform/files/target_file.hpp"
+#include "platform/files/text.hpp"
+#include "tests/support/scratch.hpp"
 
 using namespace relnav;
 using namespace relnav::hil;

@@ -1,13 +1,13 @@
 #include "hil/solve/solve_run.hpp"
 
 #include "hil/evaluate/rotation.hpp"
-#include "hil/io/camera_rig_file.hpp"
 #include "hil/replay/run_folder.hpp"
 #include "hil/replay/telemetry_link.hpp"
 #include "hil/scenarios/scenario.hpp"
 #include "hil/scenarios/targets.hpp"
 #include "hil/telemetry/packet_text.hpp"
-#include "tests/unit/hil/scratch.hpp"
+#include "platform/files/camera_rig_file.hpp"
+#include "tests/support/scratch.hpp"
 
 using namespace relnav;
 using namespace relnav::hil;

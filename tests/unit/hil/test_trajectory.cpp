@@ -2,8 +2,8 @@
 
 #include "hil/evaluate/rotation.hpp"
 #include "hil/io/covariance_csv.hpp"
-#include "hil/io/text.hpp"
-#include "tests/unit/hil/scratch.hpp"
+#include "platform/files/text.hpp"
+#include "tests/support/scratch.hpp"
 
 using namespace relnav;
 using namespace relnav::hil;

@@ -1,0 +1,324 @@
+#include "platform/files/flight_file.hpp"
+
+#include <array>
+#include <cmath>
+#include <filesystem>
+#include <utility>
+#include <vector>
+
+#include "platform/files/flight_config_file.hpp"
+#include "platform/files/flight_setup.hpp"
+#include "platform/files/input_error.hpp"
+#include "platform/files/target_file.hpp"
+#include "platform/files/text.hpp"
+#include "platform/files/yaml_reader.hpp"
+
+namespace relnav {
+namespace {
+
+namespace fs = std::filesystem;
+
+template <typename Value, std::size_t count>
+using Words = std::array<std::pair<const char*, Value>, count>;
+
+constexpr Words<app::NavigationKind, 3> mode_words{{{"noncoop", app::NavigationKind::noncoop},
+                                                    {"coop-mono", app::NavigationKind::coop_mono},
+                                                    {"coop-stereo", app::NavigationKind::coop_stereo}}};
+constexpr Words<bool, 2> motion_words{{{"rigid-target", true}, {"camera", false}}};
+constexpr Words<bool, 2> yes_no_words{{{"true", true}, {"false", false}}};
+constexpr Words<CameraSource::Trigger, 3> trigger_words{{{"free-running", CameraSource::Trigger::free_running},
+                                                         {"software", CameraSource::Trigger::software},
+                                                         {"line", CameraSource::Trigger::line}}};
+constexpr Words<CameraSource::Stamps, 4> stamp_words{{{"start-of-exposure", CameraSource::Stamps::start_of_exposure},
+                                                      {"mid-exposure", CameraSource::Stamps::mid_exposure},
+                                                      {"end-of-exposure", CameraSource::Stamps::end_of_exposure},
+                                                      {"original", CameraSource::Stamps::original}}};
+
+/// A section of the file: a map in which every key is known.
+class FileSection {
+ public:
+  FileSection(const std::string& path, const YAML::Node& node, std::string name, std::vector<std::string> keys)
+      : path_(path), node_(node), name_(std::move(name)), keys_(std::move(keys)) {
+    if (!node_.IsMap()) fail(node_, in_quotes(name_) + " holds no keys", "keys of " + list_of_keys());
+    for (const auto& entry : node_) {
+      const std::string key = entry.first.Scalar();
+      bool known = false;
+      for (const std::string& k : keys_) known = known || k == key;
+      if (!known) fail(entry.first, "unknown key " + in_quotes(full_name(key)), "one of " + list_of_keys());
+    }
+  }
+
+  [[nodiscard]] YAML::Node node(const char* key) const {
+    const YAML::Node map = node_;  // of a constant one an unknown key does not become part
+    return map[key];
+  }
+  [[nodiscard]] bool has(const char* key) const { return static_cast<bool>(node(key)); }
+  [[nodiscard]] YAML::Node require(const char* key, const std::string& expectation) const {
+    YAML::Node value = node(key);
+    if (!value) fail(node_, "missing key " + in_quotes(full_name(key)), expectation);
+    return value;
+  }
+
+  [[nodiscard]] std::string text(const char* key, const std::string& expectation) const {
+    const YAML::Node value = require(key, expectation);
+    if (!value.IsScalar() || value.Scalar().empty()) fail(value, full_name(key) + " is no text", expectation);
+    return value.Scalar();
+  }
+  [[nodiscard]] std::string text_or(const char* key, const std::string& fallback) const {
+    return has(key) ? text(key, "a text") : fallback;
+  }
+  /// A path, relative to the file.
+  [[nodiscard]] std::string file(const char* key, const std::string& expectation) const {
+    return (fs::path(path_).parent_path() / text(key, expectation)).string();
+  }
+  [[nodiscard]] double number_or(const char* key, double low, double high, double fallback) const {
+    if (!has(key)) return fallback;
+    const YAML::Node value = node(key);
+    const auto number = value.IsScalar() ? parse_double(value.Scalar()) : std::nullopt;
+    if (!number || !std::isfinite(*number) || *number < low || *number > high) {
+      fail(value, full_name(key) + " is " + in_quotes(value.IsScalar() ? value.Scalar() : "a list or map"),
+           format_text("a number from %g to %g", low, high));
+    }
+    return *number;
+  }
+  [[nodiscard]] std::int64_t whole_or(const char* key, std::int64_t low, std::int64_t high,
+                                      std::int64_t fallback) const {
+    if (!has(key)) return fallback;
+    const YAML::Node value = node(key);
+    const auto number = value.IsScalar() ? parse_int64(value.Scalar()) : std::nullopt;
+    if (!number || *number < low || *number > high) {
+      fail(value, full_name(key) + " is " + in_quotes(value.IsScalar() ? value.Scalar() : "a list or map"),
+           "a whole number from " + std::to_string(low) + " to " + std::to_string(high));
+    }
+    return *number;
+  }
+  template <typename Value, std::size_t count>
+  [[nodiscard]] Value word(const char* key, const Words<Value, count>& words) const {
+    std::string names;
+    for (const auto& [name, value] : words) names += (names.empty() ? "" : ", ") + std::string(name);
+    const std::string given = text(key, "one of " + names);
+    for (const auto& [name, value] : words) {
+      if (given == name) return value;
+    }
+    fail(node(key), full_name(key) + " is " + in_quotes(given), "one of " + names);
+  }
+  template <typename Value, std::size_t count>
+  [[nodiscard]] Value word_or(const char* key, const Words<Value, count>& words, Value fallback) const {
+    return has(key) ? word(key, words) : fallback;
+  }
+
+  [[noreturn]] void fail(const YAML::Node& at, const std::string& problem, const std::string& expectation) const {
+    throw InputError(path_, line_of(at), problem, expectation);
+  }
+
+ private:
+  [[nodiscard]] std::string full_name(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }
+  [[nodiscard]] std::string list_of_keys() const {
+    std::string list;
+    for (const std::string& key : keys_) list += (list.empty() ? "" : ", ") + key;
+    return list;
+  }
+
+  std::string path_;
+  YAML::Node node_;
+  std::string name_;
+  std::vector<std::string> keys_;
+};
+
+/// HOST:PORT, an IPv6 host in brackets.
+std::optional<NetworkAddress> address_in(const std::string& text) {
+  const std::size_t colon = text.rfind(':');
+  if (colon == std::string::npos || colon == 0) return std::nullopt;
+  NetworkAddress address{text.substr(0, colon), 0};
+  if (address.host.size() > 2 && address.host.front() == '[' && address.host.back() == ']')
+    address.host = address.host.substr(1, address.host.size() - 2);
+  const auto port = parse_int64(std::string_view(text).substr(colon + 1));
+  if (!port || *port < 1 || *port > 65535) return std::nullopt;
+  address.port = static_cast<std::uint16_t>(*port);
+  return address;
+}
+
+/// What follows `scheme` in `text`.
+std::optional<std::string> after(const std::string& scheme, const std::string& text) {
+  if (text.rfind(scheme, 0) != 0 || text.size() == scheme.size()) return std::nullopt;
+  return text.substr(scheme.size());
+}
+
+CameraSource read_source(const FileSection& section) {
+  CameraSource source;
+  const std::string expectation = "v4l2:/dev/videoN or aravis:NAME";
+  const std::string where = section.text("source", expectation);
+  if (const auto node = after("v4l2:", where)) {
+    source.device = *node;
+  } else if (const auto name = after("aravis:", where)) {
+    source.kind = CameraSource::Kind::aravis;
+    source.device = *name;
+  } else {
+    section.fail(section.node("source"), "camera source " + in_quotes(where), expectation);
+  }
+  constexpr double most = 1e9;
+  constexpr std::int64_t most_bytes = 1 << 30;
+  source.serial = section.text_or("serial", "");
+  source.format = section.text_or("format", "");
+  source.rate_hz = section.number_or("rate_hz", 1e-3, 1e4, 0.0);
+  source.exposure_us = section.number_or("exposure_us", 1.0, most, 0.0);
+  source.gain = section.number_or("gain", 0.0, most, -1.0);
+  source.trigger = section.word_or("trigger", trigger_words, CameraSource::Trigger::free_running);
+  source.stamps = section.word_or("stamps", stamp_words, CameraSource::Stamps::end_of_exposure);
+  source.copy_frames = section.word_or("copy_frames", yes_no_words, false);
+  source.packet_bytes = static_cast<std::uint32_t>(section.whole_or("packet_bytes", 220, 65'535, 0));
+  source.socket_buffer_bytes = static_cast<std::uint32_t>(section.whole_or("socket_buffer_bytes", 4096, most_bytes, 0));
+  if (source.kind == CameraSource::Kind::aravis) return source;
+  for (const char* key : {"serial", "packet_bytes", "socket_buffer_bytes"}) {
+    if (section.has(key))
+      section.fail(section.node(key), std::string(key) + " with a V4L2 camera", "it with aravis: only");
+  }
+  if (source.trigger == CameraSource::Trigger::software) {
+    section.fail(section.node("trigger"), "a V4L2 camera has no software trigger", "free-running or line");
+  }
+  return source;
+}
+
+const std::vector<std::string> camera_keys{"source",      "calibration", "format",       "rate_hz",
+                                           "exposure_us", "gain",        "trigger",      "stamps",
+                                           "copy_frames", "serial",      "packet_bytes", "socket_buffer_bytes"};
+
+/// A camera's section: its source, and its calibration into `calibration`.
+CameraSource read_camera(const std::string& path, const YAML::Node& node, const std::string& name, int index,
+                         CameraCalibration& calibration, std::string& calibration_file) {
+  const FileSection section(path, node, name, camera_keys);
+  calibration_file = section.file("calibration", "a camera calibration file");
+  calibration = read_camera_file(calibration_file, index);
+  return read_source(section);
+}
+
+TelemetryOutput read_output(const FileSection& link) {
+  const std::string expectation = "udp://HOST:PORT, file:PATH or serial:DEVICE@BAUD";
+  const std::string text = link.text("telemetry", expectation);
+  TelemetryOutput output;
+  if (const auto udp = after("udp://", text)) {
+    if (const auto address = address_in(*udp)) {
+      output.address = *address;
+      return output;
+    }
+  } else if (const auto file = after("file:", text)) {
+    output.kind = TelemetryOutput::Kind::file;
+    output.path = *file;
+    return output;
+  } else if (const auto serial = after("serial:", text)) {
+    const std::size_t at = serial->rfind('@');
+    const auto baud = at == std::string::npos ? std::nullopt : parse_int64(std::string_view(*serial).substr(at + 1));
+    if (baud && *baud > 0 && *baud <= 4'000'000 && at > 0) {
+      output.kind = TelemetryOutput::Kind::serial;
+      output.path = serial->substr(0, at);
+      output.baud = static_cast<std::uint32_t>(*baud);
+      return output;
+    }
+  }
+  link.fail(link.node("telemetry"), "link.telemetry is " + in_quotes(text), expectation);
+}
+
+void read_link(const FileSection& link, FlightFile& flight) {
+  flight.telemetry = read_output(link);
+  if (!link.has("telecommands")) return;
+  const std::string expectation = "udp://ADDRESS:PORT to listen on";
+  const std::string text = link.text("telecommands", expectation);
+  const auto udp = after("udp://", text);
+  flight.telecommands = udp ? address_in(*udp) : std::nullopt;
+  if (!flight.telecommands)
+    link.fail(link.node("telecommands"), "link.telecommands is " + in_quotes(text), expectation);
+}
+
+LineNames read_lines_section(const FileSection& section) {
+  LineNames lines;
+  lines.chip = section.text("chip", "the path, name or label of a GPIO chip");
+  const std::array<std::pair<const char*, std::string*>, 4> uses{{{"strobe", &lines.strobe},
+                                                                  {"heartbeat", &lines.heartbeat},
+                                                                  {"pulse", &lines.pulse},
+                                                                  {"exposure", &lines.exposure}}};
+  for (const auto& [key, name] : uses) {
+    *name = section.text_or(key, "");
+    for (const auto& [other_key, other] : uses) {
+      if (other == name) break;
+      if (!name->empty() && *name == *other)
+        section.fail(section.node(key), std::string("lines.") + key + " and lines." + other_key + " are one line",
+                     "a line for each use");
+    }
+  }
+  return lines;
+}
+
+/// All that decides what the loop navigates on; where it is contradictory, the place of the contradiction.
+FlightSetup read_setup(const std::string& path, const FileSection& root, FlightFile& flight) {
+  FlightSetup setup;
+  setup.navigation = root.word("mode", mode_words);
+  const bool noncoop = setup.navigation == app::NavigationKind::noncoop;
+  const bool stereo = setup.navigation == app::NavigationKind::coop_stereo;
+  flight.camera = read_camera(path, root.require("camera", "a section that says where the camera is"), "camera", 0,
+                              setup.camera, setup.camera_file);
+  if (root.has("second_camera") != stereo) {
+    root.fail(root.node(stereo ? "mode" : "second_camera"),
+              stereo ? "coop-stereo without a second camera" : "a second camera without mode coop-stereo",
+              "second_camera with mode coop-stereo, and only with it");
+  }
+  if (stereo) {
+    flight.second = read_camera(path, root.node("second_camera"), "second_camera", 1, setup.second, setup.second_file);
+    if (flight.second->kind == flight.camera.kind && flight.second->device == flight.camera.device)
+      root.fail(root.node("second_camera"), "both cameras are " + in_quotes(flight.camera.device), "two cameras");
+  }
+  for (const char* key : {"motion", "range_m", "range_sigma_m"}) {
+    if (!noncoop && root.has(key))
+      root.fail(root.node(key), in_quotes(key) + " with a cooperative mode", "it with mode noncoop only");
+  }
+  if (noncoop && root.has("target"))
+    root.fail(root.node("target"), "a target with mode noncoop", "it with a cooperative mode only");
+  if (noncoop) {
+    constexpr double most = 1e6;
+    setup.rigid_target = root.word_or("motion", motion_words, true);
+    setup.range_m = root.number_or("range_m", 1e-3, most, 0.0);
+    setup.range_sigma_m = root.number_or("range_sigma_m", 0.0, most, -1.0);
+  } else {
+    setup.target_file = root.file("target", "a target model with mode coop-mono and coop-stereo");
+    setup.target = read_target_file(setup.target_file);
+  }
+  return setup;
+}
+
+}  // namespace
+
+FlightFile read_flight_file(const std::string& path) {
+  const YAML::Node node = load_yaml(path, "a configuration of relnav-flight in YAML");
+  std::vector<std::string> keys{"mode",          "target", "motion", "range_m",  "range_sigma_m", "camera",
+                                "second_camera", "lines",  "link",   "realtime", "time"};
+  const std::vector<std::string> tuning = flight_config_sections();
+  keys.insert(keys.end(), tuning.begin(), tuning.end());
+  const FileSection root(path, node, "", std::move(keys));
+
+  FlightFile flight;
+  const FlightSetup setup = read_setup(path, root, flight);
+  flight.loop = flight_config_of(setup);
+  read_flight_config(path, node, flight.loop);
+  NoncoopConfig& filter = flight.loop.navigator.filter;
+  if (setup.range_m > 0.0) filter.range_m = setup.range_m;
+  if (setup.range_sigma_m >= 0.0) filter.range_sigma_m = setup.range_sigma_m;
+
+  read_link(FileSection(path, root.require("link", "a section that says where telemetry goes"), "link",
+                        {"telemetry", "telecommands"}),
+            flight);
+  if (root.has("lines")) {
+    flight.lines = read_lines_section(
+        FileSection(path, root.node("lines"), "lines", {"chip", "strobe", "heartbeat", "pulse", "exposure"}));
+  }
+  if (root.has("realtime")) {
+    const FileSection realtime(path, root.node("realtime"), "realtime", {"lock_memory", "priority"});
+    flight.lock_memory = realtime.word_or("lock_memory", yes_no_words, true);
+    flight.priority = static_cast<int>(realtime.whole_or("priority", 0, 99, 0));
+  }
+  if (root.has("time")) {
+    const FileSection time(path, root.node("time"), "time", {"tai_utc_s"});
+    flight.tai_utc_s = time.whole_or("tai_utc_s", 0, 1000, flight.tai_utc_s);
+  }
+  return flight;
+}
+
+}  // namespace relnav

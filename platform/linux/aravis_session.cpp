@@ -1,0 +1,89 @@
+#include "platform/linux/aravis_session.hpp"
+
+#include <arv.h>
+
+#include "platform/linux/aravis_link.hpp"
+#include "platform/linux/aravis_settings.hpp"
+
+namespace relnav::platform::linux {
+
+AravisSession::AravisSession(ArvCamera* camera) : camera_(camera) {
+  g_signal_connect(arv_camera_get_device(camera_), "control-lost", G_CALLBACK(&AravisSession::on_control_lost), this);
+  thread_ = std::thread([this] { run(); });
+}
+
+AravisSession::~AravisSession() {
+  if (thread_.joinable()) {
+    {
+      const std::lock_guard lock(mutex_);
+      ending_ = true;
+    }
+    asked_.notify_one();
+    thread_.join();
+  }
+  take_down();
+}
+
+void AravisSession::add_stream(ArvStream* stream, std::uint32_t count, std::uint32_t payload_bytes) {
+  stream_ = stream;
+  buffers_.reserve(count);
+  for (std::uint32_t i = 0; i < count; ++i) {
+    ArvBuffer* const buffer = arv_buffer_new_full(payload_bytes, nullptr, GUINT_TO_POINTER(i), nullptr);
+    g_object_ref(buffer);  // one for the stream, one for us
+    buffers_.push_back(buffer);
+    arv_stream_push_buffer(stream_, buffer);
+  }
+}
+
+void AravisSession::trigger() {
+  {
+    const std::lock_guard lock(mutex_);
+    trigger_asked_ = true;
+  }
+  asked_.notify_one();
+}
+
+void AravisSession::run() {
+  AravisFailure failure;
+  std::unique_lock lock(mutex_);
+  while (true) {
+    asked_.wait(lock, [this] { return ending_ || trigger_asked_; });
+    if (ending_) return;
+    trigger_asked_ = false;
+    lock.unlock();
+    if (!lost_) {
+      arv_camera_software_trigger(camera_, failure);
+      if (failure.happened()) lost_ = true;
+    }
+    lock.lock();
+  }
+}
+
+std::future<void> AravisSession::end(std::unique_ptr<AravisSession> session, bool stop) {
+  session->stop_ = stop;
+  return std::async(std::launch::async, [owned = std::move(session)]() mutable { owned.reset(); });
+}
+
+void AravisSession::take_down() {
+  g_signal_handlers_disconnect_by_data(arv_camera_get_device(camera_), this);
+  AravisFailure failure;
+  if (stream_ != nullptr && stop_) arv_camera_stop_acquisition(camera_, failure);
+  g_clear_object(&stream_);  // with its thread
+  for (ArvBuffer* const buffer : buffers_) g_object_unref(buffer);
+  g_clear_object(&camera_);
+}
+
+bool AravisSession::answers() const {
+  ArvDevice* const device = arv_camera_get_device(camera_);
+  if (!ARV_IS_GV_DEVICE(device)) return !lost_;
+  GSocketAddress* const address = arv_gv_device_get_device_address(ARV_GV_DEVICE(device));
+  char* const text = g_inet_address_to_string(g_inet_socket_address_get_address(G_INET_SOCKET_ADDRESS(address)));
+  std::string ours;
+  const bool there = find_gige_camera(text, ours) == Status::ok;
+  g_free(text);
+  return there;
+}
+
+void AravisSession::on_control_lost(ArvDevice*, void* session) { static_cast<AravisSession*>(session)->lost_ = true; }
+
+}  // namespace relnav::platform::linux
