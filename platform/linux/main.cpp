@@ -53,6 +53,7 @@ CameraSettings settings_of(const CameraSource& source, const CameraIntrinsics& i
   s.width_px = static_cast<std::uint32_t>(intrinsics.width_px);
   s.height_px = static_cast<std::uint32_t>(intrinsics.height_px);
   s.format = source.format;
+  s.max_bits = 8;  // a deeper image is asked for by name: what it means is configured with it
   s.rate_hz = source.rate_hz;
   s.exposure_us = source.exposure_us;
   s.gain = source.gain;
@@ -130,6 +131,10 @@ class Output {
     }
   }
   [[nodiscard]] hal::PacketLink& link() { return *link_; }
+  /// What a line did not take at once.
+  void flush() {
+    if (serial_.waiting_bytes() > 0) static_cast<void>(serial_.flush());  // else with the next one
+  }
   /// The last packets, as far as the line takes them within a second.
   void drain() {
     const timespec pause{0, 10'000'000};
@@ -225,6 +230,7 @@ class Flight {
       if (report.times.predict_ns + report.times.match_ns + report.times.update_ns + report.times.detect_ns > 0)
         ++processed;
       announce(report);
+      output_.flush();
       if (report.status == Status::device_lost || report.mode == app::Mode::standby) wait_for_camera();
     }
     static_cast<void>(notifier_.stopping());
@@ -263,7 +269,10 @@ class Flight {
       return;
     }
     if (until_next_attempt().ns > 0) return;
-    begun_ = loop_->start() == Status::ok;
+    const Status status = loop_->start();
+    begun_ = status == Status::ok;
+    if (status == Status::invalid_argument)  // no camera that may come will do with this
+      throw InputError("camera", 0, problem(), "settings that fit together");
     if (!begun_) announcer_.say("waits for a camera: " + problem());
   }
 
