@@ -101,6 +101,7 @@ PlayedFrames FramePlayer::play(FrameSink& sink, const std::function<bool()>& sto
       const auto pause = std::chrono::nanoseconds(static_cast<std::int64_t>(away->amount * 1e6));
       if (!sleep_until(PlayerClock::now() + pause, stop)) return played;
       sink.plug(source_.shape());
+      if (ready) ready();
       back = PlayerClock::now();
     }
     if (begun && !lock_step && due(number) < back) {

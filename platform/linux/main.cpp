@@ -227,8 +227,7 @@ class Flight {
         announcer_.say("a step came too late for the watchdog");
         return exit_fault;
       }
-      if (report.times.predict_ns + report.times.match_ns + report.times.update_ns + report.times.detect_ns > 0)
-        ++processed;
+      if (report.processed) ++processed;
       announce(report);
       output_.flush();
       if (report.status == Status::device_lost || report.mode == app::Mode::standby) wait_for_camera();
@@ -286,9 +285,13 @@ class Flight {
     return second_ ? std::max(first, second_->stream().until_next_attempt()) : first;
   }
 
-  [[nodiscard]] std::string problem() const {
-    if (!camera_.stream().is_streaming() || !second_) return camera_.stream().problem();
-    return second_->stream().problem();
+  /// Of the camera that keeps the flight waiting: where both are closed it is the one whose latest attempt failed.
+  [[nodiscard]] const std::string& problem() const {
+    const StreamCamera& first = camera_.stream();
+    if (!second_) return first.problem();
+    const StreamCamera& second = second_->stream();
+    const bool second_fails = first.is_streaming() || second.until_next_attempt() > first.until_next_attempt();
+    return second_fails ? second.problem() : first.problem();
   }
 
   void announce(const app::StepReport& report) {
@@ -334,7 +337,8 @@ int main(int argc, char** argv) {
   CLI::App app{"relnav-flight: vision-based relative navigation between real cameras, lines and links"};
   app.set_version_flag("--version", RELNAV_VERSION);
   app.add_option("CONFIG", options.config, "Configuration, YAML; see docs/user-guide.md")->required();
-  app.add_option("--frames", options.frames, "End after so many processed frames [none: until SIGTERM]");
+  app.add_option("--frames", options.frames, "End after so many processed frames [none: until SIGTERM]")
+      ->check(CLI::NonNegativeNumber);
   app.add_flag("--check", options.check_only, "Check the configuration and what it names, touch no device");
   try {
     app.parse(argc, argv);

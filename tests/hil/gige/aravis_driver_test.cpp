@@ -50,7 +50,7 @@ TEST_GROUP(AravisDriver) {
 };
 
 TEST(AravisDriver, LockStepGivesEveryByteAndOriginalStamp) {
-  hil::EurocSource source(lights_mono);
+  hil::CapturedSource source(lights_mono);
   hil::PlayerSettings play;
   play.speed = 0.0;
   play.loop = true;  // stays until it is finished
@@ -79,7 +79,7 @@ TEST(AravisDriver, LockStepGivesEveryByteAndOriginalStamp) {
 }
 
 TEST(AravisDriver, SixteenBitsCarryTheEightInTheirUpperHalf) {
-  hil::EurocSource source(lights_mono);
+  hil::CapturedSource source(lights_mono);
   hil::PlayerSettings play;
   play.speed = 0.0;
   play.loop = true;  // stays until it is finished
