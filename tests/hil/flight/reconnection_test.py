@@ -1,6 +1,6 @@
 """The camera vanishes and comes back, by a cable that is pulled (fault unplug) and by a camera that loses its power (its server
 is killed and started anew). Free running, in real time. Measured is the time from "the camera is there" to the first packet with
-a measured pose of it. --cycles N: of each kind [3]."""
+a measured pose of it. --cycles N: of each kind [4]."""
 import argparse
 import statistics
 import sys
@@ -9,7 +9,7 @@ import unittest
 
 import rig
 
-CYCLES = 3
+CYCLES = 4
 RATE_HZ = 10.0
 MOST_S = 2.0
 MORE = "cooperative: {acceleration_psd: 50, angular_psd: 10}\nloop: {event_spacing_frames: 1}\n"
@@ -25,9 +25,13 @@ class Holdings:
     def take(self):
         self.samples.append((self.process.descriptors(), self.process.threads(), self.process.resident_kb()))
 
+    def settled(self):
+        """Of after the warm-up: the allocator has what it needs once it has seen two cameras."""
+        return self.samples[2]
+
     def rows(self):
-        first, last = self.samples[0], self.samples[-1]
-        return [[name, first[i], last[i]] for i, name in enumerate(["descriptors", "threads", "resident kB"])]
+        return [[name, self.settled()[i], self.samples[-1][i]]
+                for i, name in enumerate(["descriptors", "threads", "resident kB"])]
 
 
 class Reconnection(unittest.TestCase):
@@ -56,12 +60,12 @@ class Reconnection(unittest.TestCase):
     def report(self, how, times, holdings):
         rig.print_table(["how", "cycles", "recovery: median s", "largest s"],
                         [[how, len(times), f"{statistics.median(times):.2f}", f"{max(times):.2f}"]])
-        rig.print_table(["of relnav-flight", "after the first cycle", "after the last"], holdings.rows())
+        rig.print_table(["of relnav-flight", "after the third cycle", "at the end"], holdings.rows())
         self.assertLess(max(times), MOST_S)
-        first, last = holdings.samples[0], holdings.samples[-1]
-        self.assertLessEqual(last[0], first[0], "descriptors leak")
-        self.assertLessEqual(last[1], first[1] + 1, "threads leak")  # one may just be ending
-        self.assertLess(last[2], first[2] + 2048, "memory leaks")
+        settled, last = holdings.settled(), holdings.samples[-1]
+        self.assertLessEqual(last[0], settled[0], "descriptors leak")
+        self.assertLessEqual(last[1], settled[1], "threads leak")
+        self.assertLess(last[2], settled[2] + 1024, "memory leaks")
 
     def test_cable(self):
         pause_frames = 25
@@ -81,8 +85,9 @@ class Reconnection(unittest.TestCase):
                 holdings.take()
                 if k > 0:  # the first one warms up
                     times.append(seconds)
+            time.sleep(2.0)  # the former camera is taken down in the background
+            holdings.take()
             self.assertEqual(flight.end(), 0)
-        del holdings.samples[0]
         self.report("unplugged for 0.3, 0.7, 1.5 s", times, holdings)
 
     def test_power(self):
@@ -104,10 +109,11 @@ class Reconnection(unittest.TestCase):
                     holdings.take()
                     if k > 0:
                         times.append(seconds)
+                time.sleep(2.0)  # the former camera is taken down in the background
+                holdings.take()
             finally:
                 server.kill()
             self.assertEqual(flight.end(), 0)
-        del holdings.samples[0]
         self.report("server killed, 0.1, 0.7, 1.5 s later started anew", times, holdings)
 
 

@@ -345,9 +345,9 @@ class Process:
         return int(status.split("VmRSS:")[1].split()[0])
 
 
-def serve(dataset, *options, address="127.0.0.1", rate="real"):
-    """`relnav serve` over GigE Vision."""
-    return Process([RELNAV, "serve", "--gige", address, "--dataset", dataset, "--rate", rate, *options])
+def serve(dataset, *options, address="127.0.0.1", rate="real", before=()):
+    """`relnav serve` over GigE Vision. `before`: what the command begins with, such as chrt."""
+    return Process([*before, RELNAV, "serve", "--gige", address, "--dataset", dataset, "--rate", rate, *options])
 
 
 def camera_section(source, calibration, **options):

@@ -70,9 +70,9 @@ class StartAndEnd(unittest.TestCase):
             self.assertEqual(len(telemetry.of(rig.PONG)), 1)
             self.assertEqual(flight.end(), 0)
 
-    def refused(self, *parts, config=None, options=()):
+    def refused(self, *parts, arguments=None):
         """It ends with status 2 and one line that has all `parts`."""
-        with rig.fly(config or self.config, *options) as flight:
+        with rig.Process([rig.FLIGHT, *([self.config] if arguments is None else arguments)]) as flight:
             self.assertEqual(flight.wait(20.0), 2, flight.output)
             self.assertEqual(len(flight.lines), 1, flight.output)
             for part in parts:
@@ -82,7 +82,7 @@ class StartAndEnd(unittest.TestCase):
         def config(telemetry=rig.UDP, **options):
             rig.write_config(self.config, TARGET, ONE_CAMERA, telemetry, **options)
 
-        self.refused("nowhere.yaml", config=self.folder / "nowhere.yaml")
+        self.refused("nowhere.yaml", arguments=[self.folder / "nowhere.yaml"])
         self.config.write_text("mode: [coop-mono\n")
         self.refused("flight.yaml")
         config(more="moder: coop-mono\n")
@@ -98,9 +98,10 @@ class StartAndEnd(unittest.TestCase):
             config(telecommands=f"udp://127.0.0.1:{rig.TELECOMMAND_PORT}")
             self.refused(str(rig.TELECOMMAND_PORT), "in use")
         config()
-        self.refused("--frames", options=["--frames", "7", "--frames", "nonsense"])
-        self.refused("--frames", options=["--frames", "-3"])
-        self.refused("CONFIG", config="", options=[])
+        for frames in (["nonsense"], ["-3"], ["7", "--frames", "nonsense"]):
+            self.refused("--frames", arguments=[self.config, "--frames", *frames])
+        self.refused("CONFIG", arguments=[])
+        self.refused("--fast", arguments=[self.config, "--fast"])
 
     def test_the_second_camera_that_is_missing_is_named(self):
         stereo = rig.CAPTURES / "lights_stereo"
