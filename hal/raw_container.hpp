@@ -23,7 +23,8 @@ struct FileHeader {
   std::array<char, 4> magic = file_magic;
   std::uint32_t frames = 0;
   std::uint64_t index_offset = 0;
-  std::array<std::uint32_t, 3> reserved{};
+  std::uint32_t index_crc = 0;
+  std::array<std::uint32_t, 2> reserved{};
   std::uint32_t crc = 0;  ///< over all before
 };
 

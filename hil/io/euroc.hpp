@@ -1,18 +1,10 @@
 #pragma once
-#include <cstdint>
 #include <string>
 #include <vector>
 
-#include "fsw/base/time.hpp"
+#include "hil/io/image_entry.hpp"
 
 namespace relnav::hil {
-
-/// One row of data.csv.
-struct ImageEntry {
-  Time time;
-  std::string path;  ///< of the image file
-  int line = 0;      ///< in data.csv
-};
 
 /// `#timestamp [ns],filename` of SEQ/mav0/camN, in file order. Stamps may repeat or go back: judging that is the flight
 /// loop's business. Throws InputError when there is no such file, no row, or a row that cannot be read.

@@ -20,7 +20,12 @@ struct Image {
 /// Of a 16-bit image the upper bytes; an 8-bit one stays as it is.
 void keep_upper_bytes(Image& image);
 
-/// PNG bytes of an 8-bit grey image. Throws std::runtime_error.
-[[nodiscard]] std::vector<std::uint8_t> encode_png(const Image& image);
+enum class PngEffort : std::uint8_t {
+  small,  ///< ten times as long as fast
+  fast,
+};
+
+/// PNG bytes of a grey image. Throws std::runtime_error.
+[[nodiscard]] std::vector<std::uint8_t> encode_png(const Image& image, PngEffort effort = PngEffort::small);
 
 }  // namespace relnav::hil

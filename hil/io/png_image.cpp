@@ -7,6 +7,7 @@
 #include <cstring>
 #include <memory>
 #include <stdexcept>
+#include <utility>
 
 #include "hil/io/image.hpp"
 #include "platform/files/input_error.hpp"
@@ -67,6 +68,37 @@ bool read_rows(Decoder& d, png_bytepp rows) {
   if (setjmp(png_jmpbuf(d.png)) != 0) return false;
   png_read_image(d.png, rows);
   png_read_end(d.png, nullptr);
+  return true;
+}
+
+struct Encoder {
+  png_structp png = nullptr;
+  png_infop info = nullptr;
+  std::vector<std::uint8_t> bytes;
+
+  Encoder() = default;
+  Encoder(const Encoder&) = delete;
+  Encoder& operator=(const Encoder&) = delete;
+  ~Encoder() { png_destroy_write_struct(&png, &info); }
+};
+
+[[noreturn]] void on_write_error(png_structp png, png_const_charp) { png_longjmp(png, 1); }
+void on_bytes(png_structp png, png_bytep bytes, std::size_t size) {
+  auto& all = static_cast<Encoder*>(png_get_io_ptr(png))->bytes;
+  all.insert(all.end(), bytes, bytes + size);
+}
+void on_flush(png_structp) {}
+
+bool write_rows(Encoder& e, const Image& image, PngEffort effort, const png_const_bytep* rows) {
+  if (setjmp(png_jmpbuf(e.png)) != 0) return false;
+  png_set_write_fn(e.png, &e, on_bytes, on_flush);
+  if (effort == PngEffort::fast) png_set_compression_level(e.png, 1);
+  png_set_IHDR(e.png, e.info, image.width_px, image.height_px, 8 * static_cast<int>(image.bytes_per_pixel),
+               PNG_COLOR_TYPE_GRAY, PNG_INTERLACE_NONE, PNG_COMPRESSION_TYPE_DEFAULT, PNG_FILTER_TYPE_DEFAULT);
+  png_write_info(e.png, e.info);
+  if (image.bytes_per_pixel == 2 && std::endian::native == std::endian::little) png_set_swap(e.png);
+  for (std::uint32_t v = 0; v < image.height_px; ++v) png_write_row(e.png, rows[v]);
+  png_write_end(e.png, nullptr);
   return true;
 }
 
@@ -138,23 +170,18 @@ void keep_upper_bytes(Image& image) {
   image.bytes_per_pixel = 1;
 }
 
-std::vector<std::uint8_t> encode_png(const Image& image) {
-  png_image header{};
-  header.version = PNG_IMAGE_VERSION;
-  header.width = image.width_px;
-  header.height = image.height_px;
-  header.format = PNG_FORMAT_GRAY;
-  png_alloc_size_t size = 0;
-  if (image.bytes_per_pixel != 1 ||
-      png_image_write_to_memory(&header, nullptr, &size, 0, image.bytes.data(), 0, nullptr) == 0) {
-    throw std::runtime_error("cannot encode an image");
-  }
-  std::vector<std::uint8_t> bytes(size);
-  if (png_image_write_to_memory(&header, bytes.data(), &size, 0, image.bytes.data(), 0, nullptr) == 0) {
-    throw std::runtime_error("cannot encode an image");
-  }
-  bytes.resize(size);
-  return bytes;
+std::vector<std::uint8_t> encode_png(const Image& image, PngEffort effort) {
+  Encoder encoder;
+  encoder.png = png_create_write_struct(PNG_LIBPNG_VER_STRING, &encoder, on_write_error, on_warning);
+  encoder.info = encoder.png != nullptr ? png_create_info_struct(encoder.png) : nullptr;
+  const std::size_t row_bytes = std::size_t{image.width_px} * image.bytes_per_pixel;
+  const bool consistent =
+      image.bytes_per_pixel >= 1 && image.bytes_per_pixel <= 2 && image.bytes.size() == row_bytes * image.height_px;
+  if (encoder.info == nullptr || !consistent) throw std::runtime_error("cannot encode an image");
+  std::vector<png_const_bytep> rows(image.height_px);
+  for (std::size_t v = 0; v < rows.size(); ++v) rows[v] = &image.bytes[v * row_bytes];
+  if (!write_rows(encoder, image, effort, rows.data())) throw std::runtime_error("cannot encode an image");
+  return std::move(encoder.bytes);
 }
 
 }  // namespace relnav::hil

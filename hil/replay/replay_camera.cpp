@@ -57,9 +57,9 @@ Status ReplayCamera::acquire(Duration wait, hal::Frame& frame) {
 
   const ImageEntry& entry = entries_[next_++];
   try {
-    slot->image = read_png(entry.path);
+    slot->image = load_image(entry);
     if (slot->image.width_px != width_px_ || slot->image.height_px != height_px_) {
-      throw InputError(entry.path, 0,
+      throw InputError(place_text(entry), 0,
                        std::to_string(slot->image.width_px) + " x " + std::to_string(slot->image.height_px) + " pixels",
                        std::to_string(width_px_) + " x " + std::to_string(height_px_) + " as the camera file says");
     }

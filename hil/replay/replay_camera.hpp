@@ -7,8 +7,8 @@
 
 #include "hal/camera.hpp"
 #include "hal/clock.hpp"
-#include "hil/io/euroc.hpp"
 #include "hil/io/image.hpp"
+#include "hil/io/image_entry.hpp"
 
 namespace relnav::hil {
 
@@ -22,7 +22,7 @@ enum class Depth : std::uint8_t {
   as_filed,    ///< mono8 or mono16
 };
 
-/// Camera over the images of a data set, in the order of data.csv: mid_exposure is the stamp listed there (of
+/// Camera over the images of a data set, in their order there: mid_exposure is the stamp that they have there (of
 /// ClockId::device: the recording's own clock), sequence the row. An image that is missing, damaged or of another size is
 /// answered with incomplete, once; problem() then says why, and the next call goes on.
 class ReplayCamera final : public hal::Camera {
@@ -38,7 +38,7 @@ class ReplayCamera final : public hal::Camera {
 
   [[nodiscard]] std::size_t frames_listed() const { return entries_.size(); }
   [[nodiscard]] bool exhausted() const { return next_ == entries_.size(); }
-  /// Rows of data.csv dealt with so far: handed out and given back, or no image.
+  /// Rows dealt with so far: handed out and given back, or no image.
   [[nodiscard]] std::size_t frames_done() const;
   [[nodiscard]] bool finished() const { return frames_done() == entries_.size(); }
   /// Row handed out last.

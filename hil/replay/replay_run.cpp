@@ -22,7 +22,7 @@ Snapshot snapshot_of(const app::StepReport& report, const ReplayCamera& camera) 
   Snapshot s;
   s.time = camera.last_entry().time;
   s.frame = camera.frames_done() - 1;
-  s.image_path = camera.last_entry().path;
+  s.image = camera.last_entry();
   s.mode = report.mode;
   s.features.assign(report.feature_reports.begin(), report.feature_reports.end());
   return s;

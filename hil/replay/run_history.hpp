@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "fsw/app/step_report.hpp"
+#include "hil/io/image_entry.hpp"
 
 namespace relnav::hil {
 
@@ -30,7 +31,7 @@ struct FrameRecord {
 struct Snapshot {
   Time time;
   std::size_t frame = 0;  ///< row of the image list, from 0
-  std::string image_path;
+  ImageEntry image;
   app::Mode mode = app::Mode::standby;
   std::vector<app::FeatureReport> features;
 };

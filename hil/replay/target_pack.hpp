@@ -3,7 +3,6 @@
 #include <vector>
 
 #include "fsw/app/flight_config.hpp"
-#include "hil/io/euroc.hpp"
 #include "hil/replay/replay_camera.hpp"
 
 namespace relnav::hil {

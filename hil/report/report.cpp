@@ -130,7 +130,7 @@ Json snapshots_json(const RunHistory& history) {
   for (const Snapshot& s : history.snapshots) {
     Json json;
     try {
-      Image image = read_png(s.image_path);
+      Image image = load_image(s.image);
       keep_upper_bytes(image);
       json["width"] = image.width_px;
       json["height"] = image.height_px;

@@ -4,7 +4,7 @@
 #include <string>
 #include <vector>
 
-#include "hil/io/euroc.hpp"
+#include "hil/io/image_entry.hpp"
 #include "hil/serve/frame_sink.hpp"
 
 namespace relnav::hil {
@@ -20,17 +20,20 @@ class FrameSource {
   virtual std::shared_ptr<const Image> image(std::size_t index) = 0;
 };
 
-/// One camera of a data set in the EuRoC layout.
-class EurocSource final : public FrameSource {
+/// One camera of a data set.
+class CapturedSource final : public FrameSource {
  public:
-  /// `camera_folder`: SEQ/mav0/camN. Throws InputError.
-  explicit EurocSource(const std::string& camera_folder);
+  /// `images`: CameraFiles::images. Throws InputError.
+  explicit CapturedSource(const std::string& images);
+  /// What is not as it should be, one line each.
+  [[nodiscard]] const std::vector<std::string>& notes() const { return notes_; }
   [[nodiscard]] std::size_t count() const override { return entries_.size(); }
   [[nodiscard]] FrameShape shape() const override { return shape_; }
   [[nodiscard]] Time stamp(std::size_t index) const override { return entries_[index].time; }
   std::shared_ptr<const Image> image(std::size_t index) override;
 
  private:
+  std::vector<std::string> notes_;
   std::vector<ImageEntry> entries_;
   FrameShape shape_;
   std::vector<std::shared_ptr<const Image>> kept_;  ///< decoded once, as long as memory lasts

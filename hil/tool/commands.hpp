@@ -4,7 +4,9 @@
 namespace relnav::hil {
 
 /// Each adds one subcommand; its callback stores the exit status.
+void add_capture_command(CLI::App& app, int& exit_status);
 void add_evaluate_command(CLI::App& app, int& exit_status);
+void add_export_command(CLI::App& app, int& exit_status);
 void add_pack_command(CLI::App& app, int& exit_status);
 void add_replay_command(CLI::App& app, int& exit_status);
 void add_solve_command(CLI::App& app, int& exit_status);

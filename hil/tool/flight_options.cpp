@@ -3,6 +3,8 @@
 #include <cmath>
 #include <filesystem>
 
+#include "hil/io/dataset.hpp"
+#include "hil/tool/notes.hpp"
 #include "platform/files/camera_file.hpp"
 #include "platform/files/input_error.hpp"
 #include "platform/files/target_file.hpp"
@@ -36,10 +38,10 @@ void check(const FlightOptions& o) {
 void set_up_cooperative(const FlightOptions& o, FlightSetup& setup) {
   const bool stereo = o.mode == "coop-stereo";
   setup.navigation = stereo ? app::NavigationKind::coop_stereo : app::NavigationKind::coop_mono;
-  setup.target_file = o.target.empty() ? (fs::path(o.dataset) / "target.yaml").string() : o.target;
+  setup.target_file = o.target.empty() ? (fs::path(folder_of_dataset(o.dataset)) / "target.yaml").string() : o.target;
   setup.target = read_target_file(setup.target_file);
   if (!stereo) return;
-  setup.second_file = (fs::path(o.dataset) / "mav0" / "cam1" / "sensor.yaml").string();
+  setup.second_file = find_camera(o.dataset, 1).calibration;
   setup.second = read_camera_file(setup.second_file, 1);
 }
 
@@ -47,22 +49,22 @@ void set_up_cooperative(const FlightOptions& o, FlightSetup& setup) {
 
 FlightInput read_flight_input(const FlightOptions& o) {
   check(o);
-  const fs::path camera_folder = fs::path(o.dataset) / "mav0" / "cam0";
-  if (!fs::is_directory(o.dataset))
-    throw InputError(o.dataset, 0, "is no folder", "a data set in the EuRoC layout (mav0/cam0/data.csv)");
+  const CameraFiles files = find_camera(o.dataset, 0);
   FlightInput input;
   FlightSetup& setup = input.setup;
-  setup.camera_file = (camera_folder / "sensor.yaml").string();
+  setup.camera_file = files.calibration;
   setup.camera = read_camera_file(setup.camera_file);
   setup.rigid_target = o.motion != "camera";
   setup.range_m = o.range_m;
   setup.range_sigma_m = o.range_sigma_m;
   setup.config_file = o.config;
   if (o.mode != "noncoop") set_up_cooperative(o, setup);
-  input.images = read_image_list(camera_folder.string());
+  std::vector<std::string> notes;
+  input.images = read_images(files.images, notes);
   if (setup.navigation == app::NavigationKind::coop_stereo) {
-    input.second_images = read_image_list((fs::path(o.dataset) / "mav0" / "cam1").string());
+    input.second_images = read_images(find_camera(o.dataset, 1).images, notes);
   }
+  print_notes(notes);
   // The light spots' centroids gain by every bit; corners and patches are made for eight.
   input.depth = o.mode == "noncoop" ? Depth::eight_bits : Depth::as_filed;
   return input;
@@ -71,7 +73,8 @@ FlightInput read_flight_input(const FlightOptions& o) {
 void add_flight_options(CLI::App& command, FlightOptions& o) {
   command
       .add_option("--dataset", o.dataset,
-                  "Folder in the EuRoC layout: mav0/cam0/{data.csv,data/,sensor.yaml}, optional truth.tum")
+                  "Folder in the EuRoC layout (mav0/cam0/{data.csv,data/,sensor.yaml}) or with cam0.rnc and cam0.yaml, "
+                  "optional truth.tum; or FILE.rnc with FILE.yaml")
       ->required();
   command.add_option("--mode", o.mode, "What is estimated")
       ->required()

@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "hil/io/euroc.hpp"
+#include "hil/io/image_entry.hpp"
 #include "hil/replay/flight_driver.hpp"
 #include "hil/replay/replay_camera.hpp"
 
@@ -29,6 +29,7 @@ struct FlightInput {
   std::vector<ImageEntry> second_images;  ///< coop-stereo
   Depth depth = Depth::eight_bits;
 };
+/// What is left out of a damaged capture is said on stderr.
 [[nodiscard]] FlightInput read_flight_input(const FlightOptions& options);
 
 }  // namespace relnav::hil

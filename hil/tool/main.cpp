@@ -14,6 +14,8 @@ int main(int argc, char** argv) {
   add_evaluate_command(app, exit_status);
   add_scenario_command(app, exit_status);
   add_solve_command(app, exit_status);
+  add_capture_command(app, exit_status);
+  add_export_command(app, exit_status);
   add_serve_command(app, exit_status);
   add_tlm_command(app, exit_status);
   try {

@@ -9,15 +9,23 @@ namespace relnav::hil {
 Progress::Progress() : terminal_(::isatty(STDERR_FILENO) == 1), start_(Clock::now()), last_(start_) {}
 
 void Progress::show(std::size_t done, std::size_t listed, const app::StepReport& report) {
+  show(done, listed, std::string(app::to_string(report.mode)) + "  " + std::to_string(report.features) + " features");
+}
+
+void Progress::show(std::size_t done, std::size_t listed, const std::string& state) {
   constexpr auto period = std::chrono::milliseconds(100);
   const auto now = Clock::now();
-  if (!terminal_ || (done < listed && now - last_ < period)) return;
+  if (!terminal_ || ((done < listed || listed == 0) && now - last_ < period)) return;
   last_ = now;
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
   const double rate = elapsed_s > 0.0 ? static_cast<double>(done) / elapsed_s : 0.0;
-  const double left_s = rate > 0.0 ? static_cast<double>(listed - done) / rate : 0.0;
-  std::fprintf(stderr, "\r\033[Kframe %zu of %zu  %.1f frames/s  %.0f s left  %s  %u features", done, listed, rate,
-               left_s, app::to_string(report.mode), static_cast<unsigned>(report.features));
+  if (listed == 0) {
+    std::fprintf(stderr, "\r\033[Kframe %zu  %.1f frames/s  %s", done, rate, state.c_str());
+  } else {
+    const double left_s = rate > 0.0 && done < listed ? static_cast<double>(listed - done) / rate : 0.0;
+    std::fprintf(stderr, "\r\033[Kframe %zu of %zu  %.1f frames/s  %.0f s left  %s", done, listed, rate, left_s,
+                 state.c_str());
+  }
   shown_ = true;
 }
 

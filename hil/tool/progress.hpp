@@ -1,6 +1,7 @@
 #pragma once
 #include <chrono>
 #include <cstddef>
+#include <string>
 
 #include "fsw/app/step_report.hpp"
 
@@ -11,6 +12,8 @@ class Progress {
  public:
   Progress();
   void show(std::size_t done, std::size_t listed, const app::StepReport& report);
+  /// `listed` 0: no end is known.
+  void show(std::size_t done, std::size_t listed, const std::string& state);
   /// Removes the line.
   void finish();
 

@@ -4,6 +4,7 @@
 #include <memory>
 #include <optional>
 
+#include "hil/io/dataset.hpp"
 #include "hil/replay/flight_driver.hpp"
 #include "hil/replay/replay_run.hpp"
 #include "hil/replay/summary.hpp"
@@ -57,7 +58,7 @@ int run(const ReplayOptions& o) {
   FlightInput input = read_flight_input(o.flight);
   const FlightSetup& setup = input.setup;
   Trajectory truth;
-  const std::string truth_path = (std::filesystem::path(o.flight.dataset) / "truth.tum").string();
+  const std::string truth_path = (std::filesystem::path(folder_of_dataset(o.flight.dataset)) / "truth.tum").string();
   if (std::filesystem::exists(truth_path)) truth = read_trajectory(truth_path);
   const RunDescription description =
       description_of(o, setup, std::max(input.images.size(), input.second_images.size()));

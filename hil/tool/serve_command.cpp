@@ -1,11 +1,12 @@
 #include <cstdio>
-#include <filesystem>
 #include <memory>
 
+#include "hil/io/dataset.hpp"
 #include "hil/serve/frame_player.hpp"
 #include "hil/serve/v4l2_sink.hpp"
 #include "hil/tool/commands.hpp"
 #include "hil/tool/interrupt.hpp"
+#include "hil/tool/notes.hpp"
 #include "platform/files/input_error.hpp"
 #include "platform/files/text.hpp"
 #ifdef RELNAV_HAS_GIGE
@@ -69,8 +70,8 @@ std::unique_ptr<FrameSink> make_sink(const ServeOptions& o, bool lock_step) {
 int serve(const ServeOptions& o) {
   const PlayerSettings settings = player_settings(o);
   const auto sink = make_sink(o, settings.speed <= 0.0);
-  const auto folder = std::filesystem::path(o.dataset) / "mav0" / ("cam" + std::to_string(o.camera));
-  EurocSource source(folder.string());
+  CapturedSource source(find_camera(o.dataset, o.camera).images);
+  print_notes(source.notes());
   catch_interrupts();
   const auto ready = [&] {
     const FrameShape shape = source.shape();
@@ -90,7 +91,10 @@ int serve(const ServeOptions& o) {
 void add_serve_command(CLI::App& app, int& exit_status) {
   const auto o = std::make_shared<ServeOptions>();
   CLI::App* command = app.add_subcommand("serve", "Captured frames as a camera that others see");
-  command->add_option("--dataset", o->dataset, "Folder in the EuRoC layout: mav0/camN/{data.csv,data/}")->required();
+  command
+      ->add_option("--dataset", o->dataset,
+                   "Folder in the EuRoC layout (mav0/camN/{data.csv,data/}) or with camN.rnc; or FILE.rnc")
+      ->required();
   command->add_option("--camera", o->camera, "N of camN [0]")->check(CLI::Range(0, 9));
   command->add_option("--gige", o->gige, "ADDRESS[,SERIAL]: a GigE Vision camera at this IPv4 address of this machine");
   command->add_option("--v4l2", o->v4l2, "DEVICE: a V4L2 camera, by this device of v4l2loopback");

@@ -227,8 +227,7 @@ class Flight {
         announcer_.say("a step came too late for the watchdog");
         return exit_fault;
       }
-      if (report.times.predict_ns + report.times.match_ns + report.times.update_ns + report.times.detect_ns > 0)
-        ++processed;
+      if (report.processed) ++processed;
       announce(report);
       output_.flush();
       if (report.status == Status::device_lost || report.mode == app::Mode::standby) wait_for_camera();

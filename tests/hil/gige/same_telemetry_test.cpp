@@ -65,7 +65,7 @@ TEST_GROUP(SameTelemetry){void setup() override{enter_own_network();
 ;
 
 TEST(SameTelemetry, LockStepOverGigeEqualsReplayInProcess) {
-  hil::EurocSource source(lights_mono);
+  hil::CapturedSource source(lights_mono);
   const hil::FrameShape shape = source.shape();
   platform::host::SteadyClock clock;
 

@@ -97,7 +97,7 @@ TEST_GROUP(ServeCommand){void setup() override{enter_own_network();
 ;
 
 TEST(ServeCommand, ServesInLockStepWithFaultsUntilTold) {
-  hil::EurocSource source(lights_mono);
+  hil::CapturedSource source(lights_mono);
   Process process(
       serve({"--gige", "127.0.0.1,RN07", "--rate", "lockstep", "--loop", "--fault", "lost@2", "--fault", "white@4"}));
   AravisDriver driver;

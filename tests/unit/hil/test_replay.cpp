@@ -229,7 +229,7 @@ TEST(Replay, EndsWhenTheImagesOfBothCamerasHaveBeenDealtWith) {
     CHECK_EQUAL(5U, history.snapshots.size());
     for (const Snapshot& shot : history.snapshots) {
       const std::string row = std::to_string(shot.time.ns / 100'000'000 - 1);
-      CHECK_MESSAGE_HOLDS(shot.image_path, row + ".png");  // the image that the features are of
+      CHECK_MESSAGE_HOLDS(shot.image.path, row + ".png");  // the image that the features are of
     }
   }
 }
@@ -246,7 +246,7 @@ TEST(Replay, ABadImageOfEitherCameraEndsTheRun) {
     CHECK_MESSAGE_HOLDS(outcome.problem, in_second ? "b2.png: no PNG signature" : "a2.png: no PNG signature");
     CHECK_EQUAL(3U, history.frames.size());
     CHECK_EQUAL(3U, read_trajectory(scratch.path("out/trajectory.tum")).size());  // the other's image is used
-    CHECK_MESSAGE_HOLDS(history.snapshots.back().image_path, in_second ? "a2.png" : "b2.png");
+    CHECK_MESSAGE_HOLDS(history.snapshots.back().image.path, in_second ? "a2.png" : "b2.png");
   }
 }
 
