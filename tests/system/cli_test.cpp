@@ -382,7 +382,7 @@ TEST(CliSolve, CamerasThatAreNotAsTheirFilesSayGiveAnAlarmAndNoPose) {
   auto turned = relnav::hil::stereo_pose_scenario({1.0, 1, 1}).cameras[1];
   const relnav::Mat3 R_BC = turned.T_BC.topLeftCorner<3, 3>();
   turned.T_BC.topLeftCorner<3, 3>() = R_BC * relnav::hil::rotation_exp(relnav::Vec3(0.035, 0.0, 0.0));
-  const std::string bad = scratch.write("turned.yaml", relnav::hil::camera_file_text(turned));
+  const std::string bad = scratch.write("turned.yaml", relnav::camera_file_text(turned));
   for (const std::string& cameras : {swapped, "--camera " + stereo + "/cam0.yaml --camera " + bad}) {
     for (const char* method : {"ml", "motor", "orthogonal"}) {
       const Run run = relnav_tool(scratch, stereo_files(cameras) + out + " --force --method " + method);
