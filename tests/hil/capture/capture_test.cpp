@@ -98,6 +98,8 @@ std::vector<std::string> capture_of(std::uint32_t width_px, std::uint32_t height
                                      "original",
                                      "--packet-bytes",
                                      "16404",
+                                     "--buffer-mb",
+                                     "512",
                                      "--socket-buffer-bytes",
                                      "16777216",
                                      "--out",
@@ -123,13 +125,16 @@ TEST_GROUP(GigeCapture) {
   std::string file = scratch.path("c.rnc");
   void setup() override { enter_own_network(); }
 
-  /// Each frame in the file is the one that was served under its number.
+  /// Each frame in the file is the one that was served with its stamp; numbers and stamps increase together.
   std::size_t check_frames(CountedFrames & source) {
     const hil::RawContainerReader reader(file);
+    std::int64_t former = -1;
     for (std::size_t k = 0; k < reader.frames().size(); ++k) {
-      const hal::raw::FrameHeader& header = reader.frames()[k].header;
-      CHECK_TRUE(source.index_of(Time{header.mid_exposure_ns}) == header.sequence);
-      CHECK_TRUE(reader.image(k).bytes == source.image(header.sequence)->bytes);
+      const std::int64_t index = source.index_of(Time{reader.frames()[k].header.mid_exposure_ns});
+      CHECK_TRUE(index > former);
+      CHECK_TRUE(k == 0 || reader.frames()[k].header.sequence > reader.frames()[k - 1].header.sequence);
+      CHECK_TRUE(reader.image(k).bytes == source.image(static_cast<std::size_t>(index))->bytes);
+      former = index;
     }
     return reader.frames().size();
   }
@@ -149,16 +154,20 @@ TEST_GROUP(GigeCapture) {
     CHECK_EQUAL(count, static_cast<long>(check_frames(source)));
     const hil::RawContainerReader reader(file);
     CHECK_FALSE(reader.is_cut());
-    // What was sent = received + lost by the network, by the numbers that the camera gave.
-    const long sent = static_cast<long>(reader.frames().back().header.sequence) + 1;
+    if (number_before(text, " camera losses") > 0) return;  // starved for a second: where it began again nobody knows
+    // What was sent = received + lost by the network.
+    const auto index_at = [&](const hil::RawContainerReader::Place& place) {
+      return static_cast<long>(source.index_of(Time{place.header.mid_exposure_ns}));
+    };
+    const long sent = index_at(reader.frames().back()) + 1;
     const long lost = number_before(text, " lost by sequence") + number_before(text, " incomplete");
     CHECK_EQUAL(sent, count + lost);
   }
 };
 
-TEST(GigeCapture, SmallFramesAt200Hz) { check_rate(640, 480, 200.0, 1000); }
+TEST(GigeCapture, SmallFramesAt200Hz) { check_rate(640, 480, 200.0, 2000); }
 
-TEST(GigeCapture, LargeFramesAt30Hz) { check_rate(2048, 2048, 30.0, 150); }
+TEST(GigeCapture, LargeFramesAt30Hz) { check_rate(2048, 2048, 30.0, 240); }
 
 TEST(GigeCapture, KilledInMidCaptureTheFileHasAllFramesButOne) {
   constexpr std::uintmax_t frame_bytes = sizeof(hal::raw::FrameHeader) + 640 * 480;
