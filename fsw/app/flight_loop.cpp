@@ -212,7 +212,7 @@ void FlightLoop::begin_report() {
   report_.feature_reports.clear();
   report_.times = StageTimes();
   report_.predicted = false;
-  frame_processed_ = health_due_ = false;
+  report_.processed = health_due_ = false;
   events_.begin_step(stamp_);
 }
 
@@ -268,7 +268,7 @@ Status FlightLoop::navigate(const FrameEpoch& epoch) {
   events_.concern(stamp_);
   if (epoch.missing != FrameEpoch::no_camera) events_.missing_mate(epoch, intake_.incomplete());
   report_.camera = static_cast<std::uint8_t>(epoch.camera);
-  frame_processed_ = true;
+  report_.processed = true;
   increment(counts_.processed);
   const hal::Frame& frame = intake_.feed(epoch.camera).frame();
   latency_.begin(frame, clock_.id());
@@ -395,7 +395,7 @@ void FlightLoop::send_packets() {
     reported_drops_ = telemetry_.dropped();
     events_.report(EventId::telemetry_dropped, Status::no_capacity, {reported_drops_});
   }
-  if (frame_processed_) {
+  if (report_.processed) {
     latency_.packet(clock_);
     telemetry_.send_state(report_, stamp_, {has_estimate_, config_.is_scale_known(), report_.predicted});
     if (config_.features_every_frames > 0 && (counts_.processed - 1U) % config_.features_every_frames == 0) {

@@ -106,7 +106,6 @@ class FlightLoop {
   FrameStamp stamp_;  ///< latest frame used
   Duration silence_;  ///< waited without a frame from any camera
   bool has_estimate_ = false;
-  bool frame_processed_ = false;      ///< in this step
   bool health_due_ = false;           ///< in this step, whatever the count
   std::uint16_t without_update_ = 0;  ///< frames in a row
   std::uint32_t reported_drops_ = 0;

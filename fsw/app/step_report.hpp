@@ -56,6 +56,7 @@ struct StepReport {
   Status status = Status::no_data;  ///< ok: a frame was processed and `state` is valid
   Mode mode = Mode::standby;
   RelativeState state;
+  bool processed = false;   ///< a frame went to the navigator, whatever it made of it
   bool predicted = false;   ///< no measurement of this frame went into `state`
   std::uint8_t camera = 0;  ///< the one whose frame gave stamp and feature reports
   telemetry::Estimator estimator = telemetry::Estimator::inverse_depth_ekf;  ///< that made `state`

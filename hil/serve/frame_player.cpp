@@ -101,21 +101,28 @@ PlayedFrames FramePlayer::play(FrameSink& sink, const std::function<bool()>& sto
       const auto pause = std::chrono::nanoseconds(static_cast<std::int64_t>(away->amount * 1e6));
       if (!sleep_until(PlayerClock::now() + pause, stop)) return played;
       sink.plug(source_.shape());
+      if (ready) ready();
       back = PlayerClock::now();
     }
     if (begun && !lock_step && due(number) < back) {
       ++played.unseen;
       continue;
     }
+    if (begun && !lock_step && PlayerClock::now() > due(number) + most_late) {
+      ++played.unseen;  // not even decoded: a machine that decodes too slowly shows fewer frames, not none
+      continue;
+    }
     const Content content = content_of(number);
     if (begun && !lock_step && !sleep_until(due(number), stop)) break;
     bool taken = false;
+    bool offered = false;
     while (!taken && !stop()) {
       std::chrono::nanoseconds wait = slice;
       if (begun && !lock_step) {
-        wait = due(number) + most_late - PlayerClock::now();
-        if (wait <= wait.zero()) break;
+        wait = std::max<std::chrono::nanoseconds>(due(number) + most_late - PlayerClock::now(), wait.zero());
+        if (offered && wait == wait.zero()) break;
       }
+      offered = true;
       taken = sink.write(content.frame, Duration{std::min(wait, slice).count()});
     }
     if (!taken && stop()) break;

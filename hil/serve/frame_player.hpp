@@ -29,7 +29,7 @@ class FramePlayer {
  public:
   FramePlayer(FrameSource& source, PlayerSettings settings);
   /// Plugs the sink, plays until the end or until `stop` says true (asked every 0.1 s), unplugs. Throws as the sink does.
-  /// `ready` is called once the camera is there.
+  /// `ready` is called each time that the camera is there (again).
   PlayedFrames play(FrameSink& sink, const std::function<bool()>& stop, const std::function<void()>& ready = {});
 
  private:

@@ -72,12 +72,14 @@ int serve(const ServeOptions& o) {
   const auto sink = make_sink(o, settings.speed <= 0.0);
   CapturedSource source(find_camera(o.dataset, o.camera).images);
   print_notes(source.notes());
-  const FrameShape shape = source.shape();
-  std::printf("serving %zu frames, %u x %u pixels of %u bits, at %s\n", source.count(), shape.width_px, shape.height_px,
-              8 * shape.bytes_per_pixel, (o.gige + o.v4l2).c_str());
-  std::fflush(stdout);
   catch_interrupts();
-  const PlayedFrames played = FramePlayer(source, settings).play(*sink, interrupted);
+  const auto ready = [&] {
+    const FrameShape shape = source.shape();
+    std::printf("serving %zu frames, %u x %u pixels of %u bits, at %s\n", source.count(), shape.width_px,
+                shape.height_px, 8 * shape.bytes_per_pixel, (o.gige + o.v4l2).c_str());
+    std::fflush(stdout);
+  };
+  const PlayedFrames played = FramePlayer(source, settings).play(*sink, interrupted, ready);
   std::printf("%llu frames sent, %llu lost by faults, %llu not taken in time\n",
               static_cast<unsigned long long>(played.sent), static_cast<unsigned long long>(played.lost),
               static_cast<unsigned long long>(played.unseen));

@@ -125,6 +125,9 @@ class FileSection {
   std::vector<std::string> keys_;
 };
 
+/// Significant bits of the formats that have more than eight.
+constexpr Words<std::uint8_t, 5> deep_formats{{{"y10", 10}, {"y12", 12}, {"y16", 16}, {"y10p", 10}, {"y12p", 12}}};
+
 /// HOST:PORT, an IPv6 host in brackets.
 std::optional<NetworkAddress> address_in(const std::string& text) {
   const std::size_t colon = text.rfind(':');
@@ -284,6 +287,26 @@ FlightSetup read_setup(const std::string& path, const FileSection& root, FlightF
   return setup;
 }
 
+/// The bits of a pixel are told once: by the format.
+void check_depth(const FileSection& root, const YAML::Node& node, FlightFile& flight) {
+  const YAML::Node tuning = node["cooperative"];
+  const YAML::Node stated = tuning && tuning.IsMap() ? tuning["sensor_bits"] : YAML::Node();
+  for (const CameraSource* camera : {&flight.camera, flight.second ? &*flight.second : nullptr}) {
+    if (camera == nullptr) continue;
+    const YAML::Node at = node[camera == &flight.camera ? "camera" : "second_camera"]["format"];
+    for (const auto& [name, bits] : deep_formats) {
+      if (camera->format != name) continue;
+      if (flight.loop.navigation == app::NavigationKind::noncoop)
+        root.fail(at, "format " + in_quotes(name) + " with mode noncoop", "a format of 8 bits");
+      if (stated.IsDefined() && !stated.IsNull())
+        root.fail(stated, "cooperative.sensor_bits and format " + in_quotes(name), "the format alone");
+      if (flight.second && flight.camera.format != flight.second->format)
+        root.fail(at, "cameras of different formats", "the same format");
+      flight.loop.coop.sensor_bits = bits;
+    }
+  }
+}
+
 }  // namespace
 
 FlightFile read_flight_file(const std::string& path) {
@@ -297,6 +320,7 @@ FlightFile read_flight_file(const std::string& path) {
   FlightFile flight;
   const FlightSetup setup = read_setup(path, root, flight);
   flight.loop = flight_config_of(setup);
+  check_depth(root, node, flight);
   read_flight_config(path, node, flight.loop);
   NoncoopConfig& filter = flight.loop.navigator.filter;
   if (setup.range_m > 0.0) filter.range_m = setup.range_m;

@@ -68,8 +68,13 @@ void AravisSession::take_down() {
   g_signal_handlers_disconnect_by_data(arv_camera_get_device(camera_), this);
   AravisFailure failure;
   if (stream_ != nullptr && stop_) arv_camera_stop_acquisition(camera_, failure);
-  g_clear_object(&stream_);  // with its thread
+  if (stream_ != nullptr) {
+    // The buffers go before all that waits. Aravis stops the thread once more, and complains where there is none.
+    arv_stream_stop_thread(stream_, TRUE);
+    arv_stream_start_thread(stream_);
+  }
   for (ArvBuffer* const buffer : buffers_) g_object_unref(buffer);
+  g_clear_object(&stream_);
   g_clear_object(&camera_);
 }
 

@@ -6,6 +6,8 @@
 #include <cstdio>
 #include <cstring>
 
+#include "platform/linux/pixel_conversion.hpp"
+
 namespace relnav::platform::linux {
 namespace {
 
@@ -77,7 +79,9 @@ class Pusher {
       for (guint i = 0; i < count; ++i) there = there || offered[i] == static_cast<gint64>(format.number);
       if (!there) continue;
       names += (names.empty() ? "" : ", ") + std::string(format.name);
-      if (chosen == nullptr && (settings_.format.empty() || settings_.format == format.name)) chosen = &format;
+      const bool fits = settings_.format.empty() ? significant_bits(format.format) <= settings_.max_bits
+                                                 : settings_.format == format.name;
+      if (chosen == nullptr && fits) chosen = &format;
     }
     g_free(offered);
     if (!known) return refuse("there is no pixel format '" + settings_.format + "'", names);

@@ -46,9 +46,9 @@ struct CameraSettings {
   std::string serial;  ///< aravis: the camera must have this serial number; empty: any
   std::uint32_t width_px = 0;
   std::uint32_t height_px = 0;
-  std::string
-      format;  ///< name in RawFormat's spelling, e.g. "grey8"; empty: the best that the camera offers, deepest first
-  double rate_hz = 0.0;                 ///< 0: as the camera stands
+  std::string format;    ///< name in RawFormat's spelling, e.g. "grey8"; empty: the deepest that the camera offers...
+  int max_bits = 16;     ///< ...with at most so many significant bits
+  double rate_hz = 0.0;  ///< 0: as the camera stands
   double exposure_us = 0.0;             ///< 0: as the camera stands
   double gain = -1.0;                   ///< in the driver's unit; negative: as the camera stands
   std::vector<DeviceControl> controls;  ///< v4l2: set after all else, in this order

@@ -53,6 +53,7 @@ CameraSettings settings_of(const CameraSource& source, const CameraIntrinsics& i
   s.width_px = static_cast<std::uint32_t>(intrinsics.width_px);
   s.height_px = static_cast<std::uint32_t>(intrinsics.height_px);
   s.format = source.format;
+  s.max_bits = 8;  // a deeper image is asked for by name: what it means is configured with it
   s.rate_hz = source.rate_hz;
   s.exposure_us = source.exposure_us;
   s.gain = source.gain;
@@ -130,6 +131,10 @@ class Output {
     }
   }
   [[nodiscard]] hal::PacketLink& link() { return *link_; }
+  /// What a line did not take at once.
+  void flush() {
+    if (serial_.waiting_bytes() > 0) static_cast<void>(serial_.flush());  // else with the next one
+  }
   /// The last packets, as far as the line takes them within a second.
   void drain() {
     const timespec pause{0, 10'000'000};
@@ -222,9 +227,9 @@ class Flight {
         announcer_.say("a step came too late for the watchdog");
         return exit_fault;
       }
-      if (report.times.predict_ns + report.times.match_ns + report.times.update_ns + report.times.detect_ns > 0)
-        ++processed;
+      if (report.processed) ++processed;
       announce(report);
+      output_.flush();
       if (report.status == Status::device_lost || report.mode == app::Mode::standby) wait_for_camera();
     }
     static_cast<void>(notifier_.stopping());
@@ -263,7 +268,10 @@ class Flight {
       return;
     }
     if (until_next_attempt().ns > 0) return;
-    begun_ = loop_->start() == Status::ok;
+    const Status status = loop_->start();
+    begun_ = status == Status::ok;
+    if (status == Status::invalid_argument)  // no camera that may come will do with this
+      throw InputError("camera", 0, problem(), "settings that fit together");
     if (!begun_) announcer_.say("waits for a camera: " + problem());
   }
 
@@ -277,9 +285,13 @@ class Flight {
     return second_ ? std::max(first, second_->stream().until_next_attempt()) : first;
   }
 
-  [[nodiscard]] std::string problem() const {
-    if (!camera_.stream().is_streaming() || !second_) return camera_.stream().problem();
-    return second_->stream().problem();
+  /// Of the camera that keeps the flight waiting: where both are closed it is the one whose latest attempt failed.
+  [[nodiscard]] const std::string& problem() const {
+    const StreamCamera& first = camera_.stream();
+    if (!second_) return first.problem();
+    const StreamCamera& second = second_->stream();
+    const bool second_fails = first.is_streaming() || second.until_next_attempt() > first.until_next_attempt();
+    return second_fails ? second.problem() : first.problem();
   }
 
   void announce(const app::StepReport& report) {
@@ -325,7 +337,8 @@ int main(int argc, char** argv) {
   CLI::App app{"relnav-flight: vision-based relative navigation between real cameras, lines and links"};
   app.set_version_flag("--version", RELNAV_VERSION);
   app.add_option("CONFIG", options.config, "Configuration, YAML; see docs/user-guide.md")->required();
-  app.add_option("--frames", options.frames, "End after so many processed frames [none: until SIGTERM]");
+  app.add_option("--frames", options.frames, "End after so many processed frames [none: until SIGTERM]")
+      ->check(CLI::NonNegativeNumber);
   app.add_flag("--check", options.check_only, "Check the configuration and what it names, touch no device");
   try {
     app.parse(argc, argv);

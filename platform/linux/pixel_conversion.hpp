@@ -40,9 +40,10 @@ inline constexpr RawFormat all_formats[] = {
 /// stride, or the size is none of this format (zero, yuyv of odd width, Bayer of one row or column).
 [[nodiscard]] Status check_layout(const RawImage& image);
 
-/// Writes the mono image, rows without gaps, to the beginning of `mono`. yuyv: its luma, in the camera's range. Bayer: luma of
-/// the bilinear demosaic, (77 R + 150 G + 29 B) / 256 rounded once, in integers; the image is mirrored at its edges (without
-/// repeating them, which keeps the pattern), so an even surface keeps its level everywhere.
+/// Writes the mono image, rows without gaps, to the beginning of `mono`. y10p, y12p: each row begins with a byte of its own.
+/// yuyv: its luma, in the camera's range. Bayer: luma of the bilinear demosaic, (77 R + 150 G + 29 B) / 256 rounded once, in
+/// integers; the image is mirrored at its edges (without repeating them, which keeps the pattern), so an even surface keeps its
+/// level everywhere.
 /// Errors: as check_layout; no_capacity: `mono` is too small. Nothing is written then.
 Status convert(const RawImage& image, std::span<std::uint8_t> mono);
 

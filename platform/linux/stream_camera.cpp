@@ -84,7 +84,6 @@ Status StreamCamera::start() {
                " images of the former stream have not been given back";
     return Status::no_capacity;
   }
-  close_driver_if_unused();
   ++counts_.attempts;
   attempt_status_ = driver_.open(settings_);
   if (attempt_status_ != Status::ok) {

@@ -8,7 +8,7 @@ namespace relnav::platform::linux {
 
 /// Another camera, whose strobe or trigger line is raised before it is waited for, and lowered when the frame is there or the
 /// wait has run out. The line is an output that has been requested, low. A line that cannot be driven does not keep frames
-/// away; it is counted, and line_status() says why.
+/// away; it is counted, and line_status() says why. Lines whose chip was lost are requested again every 64th failure.
 class StrobedCamera final : public hal::Camera {
  public:
   StrobedCamera(hal::Camera& camera, hal::GpioLines& lines, std::uint32_t offset)
@@ -49,11 +49,16 @@ class StrobedCamera final : public hal::Camera {
   [[nodiscard]] Status line_status() const { return line_status_; }
 
  private:
+  static constexpr std::uint64_t failures_between_requests = 64;  // looking for a chip takes longer than a frame should
+
   void drive(bool level) {
     const Status status = lines_.set(offset_, level);
     if (status == Status::ok) return;
     line_status_ = status;
     ++line_failures_;
+    if (status != Status::device_lost || line_failures_ % failures_between_requests != 0) return;
+    static_cast<void>(lines_.release(offset_));  // whichever fails, set() will say so
+    static_cast<void>(lines_.request_output(offset_, false));
   }
 
   hal::Camera& camera_;

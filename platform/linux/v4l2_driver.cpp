@@ -182,7 +182,9 @@ Status V4l2Driver::choose_format() {
   std::string reason;
   for (const RawFormat format : all_formats) {
     if (std::find(offered.begin(), offered.end(), format) == offered.end()) continue;
-    if (!settings_.format.empty() && settings_.format != name_of(format)) continue;
+    const bool fits =
+        settings_.format.empty() ? significant_bits(format) <= settings_.max_bits : settings_.format == name_of(format);
+    if (!fits) continue;
     const Status status = try_format(format, reason);
     if (status != Status::unsupported) return status;
   }

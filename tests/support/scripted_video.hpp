@@ -291,8 +291,8 @@ class ScriptedVideo final : public platform::linux::SystemCalls {
     buffer.flags = next.flags;
     buffer.bytesused = next.bytes_used;
     buffer.sequence = next.sequence;
-    buffer.timestamp.tv_sec = next.stamp_us / 1'000'000;
-    buffer.timestamp.tv_usec = next.stamp_us % 1'000'000;
+    buffer.timestamp.tv_sec = static_cast<decltype(buffer.timestamp.tv_sec)>(next.stamp_us / 1'000'000);
+    buffer.timestamp.tv_usec = static_cast<decltype(buffer.timestamp.tv_usec)>(next.stamp_us % 1'000'000);
     return 0;
   }
   int start() {

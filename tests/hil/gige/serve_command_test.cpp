@@ -129,7 +129,7 @@ TEST(ServeCommand, ServesInLockStepWithFaultsUntilTold) {
 }
 
 TEST(ServeCommand, UnusableArgumentsAreOneLine) {
-  check_refused({}, "is not told where the camera shall be");
+  check_refused({}, "is told no place for the camera");
   check_refused({"--gige", "nowhere"}, "is no place for a camera");
   check_refused({"--gige", "127.0.0.1,"}, "is no place for a camera");
   check_refused({"--gige", "192.0.2.1"}, "cannot be listened on");

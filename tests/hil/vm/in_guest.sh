@@ -1,15 +1,16 @@
 #!/usr/bin/env bash
-# Runs one test program in the guest machine and shows what it wrote.
-#   in_guest.sh SHARE TEST   SHARE: scratch folder; TEST: guest_TEST_test of the aarch64 build, and its devices in guest_TEST.job
+# Runs guest_TEST.job in the guest machine and shows what it wrote.
+#   in_guest.sh SHARE TEST FILE...   SHARE: scratch folder; FILE: what the job finds beside it, relative to the source tree
 set -euo pipefail
-here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
+cd "$(dirname "${BASH_SOURCE[0]}")/../../.."
 share=$1 test=$2
+shift 2
 
 rm -rf "$share"
 mkdir -p "$share"
-cp "$here/../../../build/aarch64-linux/bin/guest_${test}_test" "$share/"
-cp "$here/guest_$test.job" "$share/job"
+cp -r "$@" "$share/"
+cp "tests/hil/vm/guest_$test.job" "$share/job"
 status=0
-"$here/../../../hil/vm/boot" --timeout 240 "$share" || status=$?
+hil/vm/boot --timeout 240 "$share" || status=$?
 cat "$share/console.log"
 exit "$status"

@@ -1,5 +1,6 @@
 #include <algorithm>
 #include <chrono>
+#include <thread>
 
 #include "hil/serve/frame_player.hpp"
 #include "platform/files/input_error.hpp"
@@ -116,6 +117,29 @@ TEST(FramePlayer, PaceIsThatOfTheStamps) {
     const auto since_first = sink.frames[k].when - sink.frames[0].when;
     CHECK_TRUE(since_first > std::chrono::nanoseconds(2 * player_step_ns) * k - std::chrono::milliseconds(2));
   }
+}
+
+TEST(FramePlayer, ASlowDecoderShowsFewerFramesNotNone) {
+  class SlowSource final : public FrameSource {
+   public:
+    [[nodiscard]] std::size_t count() const override { return plain_.count(); }
+    [[nodiscard]] FrameShape shape() const override { return plain_.shape(); }
+    [[nodiscard]] Time stamp(std::size_t index) const override { return plain_.stamp(index); }
+    std::shared_ptr<const Image> image(std::size_t index) override {
+      std::this_thread::sleep_for(std::chrono::milliseconds(20));
+      return plain_.image(index);
+    }
+
+   private:
+    PlainSource plain_{1500};
+  } source;
+  RecordingSink sink;
+  PlayerSettings settings;
+  settings.speed = 10.0;  // a frame a millisecond
+  const PlayedFrames played = FramePlayer(source, settings).play(sink, [] { return false; });
+  CHECK_TRUE(played.sent + played.unseen == 1500);
+  CHECK_TRUE(played.unseen > 500);
+  CHECK_TRUE(sink.frames.back().number > 1400);  // up to the end
 }
 
 TEST(FramePlayer, LoopsGoOnInTimeAndNumber) {

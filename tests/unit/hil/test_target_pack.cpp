@@ -1,7 +1,7 @@
 // What `relnav pack` writes for a target without files.
 #include "hil/replay/target_pack.hpp"
 
-#include <yaml-cpp/yaml.h>
+#include "tests/support/yaml_tables.hpp"  // before CppUTest redefines operators
 
 #include <algorithm>
 #include <cstring>
@@ -19,9 +19,6 @@ using relnav::test::message_of;
 using relnav::test::Scratch;
 
 namespace {
-
-/// yaml-cpp makes its tables when they are first asked for: before all tests, or the first one would seem to leak.
-const bool has_yaml_tables = YAML::Load("a: {b: [1, 'c']}\n").IsMap();
 
 std::string bytes_of(const std::string& path) {
   std::stringstream bytes;

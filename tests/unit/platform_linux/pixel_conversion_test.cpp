@@ -42,7 +42,7 @@ RawImage image_of(const Bytes& bytes, RawFormat format, std::uint32_t width_px, 
 }
 
 Bytes converted(const RawImage& image) {
-  Bytes mono(row_bytes(mono_format(image.format), image.width_px) * image.height_px, 0xAA);
+  Bytes mono(static_cast<std::size_t>(row_bytes(mono_format(image.format), image.width_px) * image.height_px), 0xAA);
   CHECK_TRUE(convert(image, mono) == Status::ok);
   return mono;
 }
@@ -221,7 +221,7 @@ TEST(PixelConversion, ABufferThatEndsTooEarlyIsIncomplete) {
     std::memset(exact.get(), 0x55, needed);
     RawImage image = image_of({}, format, 4, 3, stride);
     image.bytes = {exact.get(), needed};
-    Bytes mono(row_bytes(mono_format(format), 4) * 3);
+    Bytes mono(static_cast<std::size_t>(row_bytes(mono_format(format), 4) * 3));
     CHECK_TRUE(convert(image, mono) == Status::ok);
     const Bytes untouched(mono.size(), 0xAA);
     mono = untouched;

@@ -6,6 +6,8 @@
 
 #include "platform/host/scripted_camera.hpp"
 #include "platform/host/scripted_gpio_lines.hpp"
+#include "platform/linux/gpiod_lines.hpp"
+#include "tests/support/fake_gpio_backend.hpp"
 
 namespace {
 
@@ -93,4 +95,24 @@ TEST(StrobedCamera, AFailingLineIsCountedAndFramesComeAllTheSame) {
   CHECK_TRUE(camera.acquire({1000}, frame) == Status::ok);
   LONGS_EQUAL(3, camera.line_failures());
   CHECK_TRUE(camera.line_status() == Status::device_lost);
+}
+
+TEST(StrobedCamera, ALostLineIsRequestedAgainNowAndThen) {
+  relnav::test::FakeGpioBackend backend{8};
+  relnav::platform::linux::GpiodLines real{backend};
+  CHECK_TRUE(real.open_path("fake") == Status::ok);
+  CHECK_TRUE(real.request_output(2, false) == Status::ok);
+  relnav::platform::linux::StrobedCamera strobed{inner, real, 2};
+  CHECK_TRUE(strobed.start() == Status::ok);
+  inner.answer_ = Status::timeout;
+  backend.unplug();
+  for (int i = 0; i < 40; ++i)
+    CHECK_TRUE(strobed.acquire({1000}, frame) == Status::timeout);  // and one request in vain
+  backend.plug();
+  LONGS_EQUAL(1, backend.opens());
+  for (int i = 0; i < 40; ++i) CHECK_TRUE(strobed.acquire({1000}, frame) == Status::timeout);
+  LONGS_EQUAL(2, backend.opens());
+  const std::uint64_t failures = strobed.line_failures();
+  CHECK_TRUE(strobed.acquire({1000}, frame) == Status::timeout);
+  LONGS_EQUAL(failures, strobed.line_failures());
 }
