@@ -186,11 +186,12 @@ void AravisDriver::describe(ArvBuffer* buffer, RawImage& image) {
   image.gain = applied_.gain;
   image.stamp_meaning = stamp_meaning_;
   image.has_sequence = true;
-  image.sequence = counter_.count(arv_buffer_get_frame_id(buffer));
   const std::uint64_t stamp_ns = arv_buffer_get_timestamp(buffer);
   image.clock = stamp_ns != 0 ? hal::ClockId::device : hal::ClockId::monotonic;
   image.stamp = stamp_ns != 0 ? Time{static_cast<std::int64_t>(stamp_ns)} : image.first_data;
+  // A buffer that no leader came for still bears number and stamp of the frame that it held before.
   if (arv_buffer_get_status(buffer) != ARV_BUFFER_STATUS_SUCCESS || arv_buffer_get_n_parts(buffer) == 0) return;
+  image.sequence = counter_.count(arv_buffer_get_frame_id(buffer));
   gint padding = 0;
   gint lines_padding = 0;
   arv_buffer_get_image_padding(buffer, &padding, &lines_padding);

@@ -215,7 +215,6 @@ StreamCamera::Taken StreamCamera::take_one(Duration wait, const Lease& lease, Ca
   has_frames_ = true;
   failures_ = 0;
   asked_ = false;
-  const std::uint64_t number = number_of(image);
   if (image.complete && (image.width_px != settings_.width_px || image.height_px != settings_.height_px)) {
     problem_ = settings_.device + ": an image of " + size_text(image.width_px, image.height_px) + " came, " +
                size_text(settings_.width_px, settings_.height_px) + " was asked for";
@@ -224,6 +223,8 @@ StreamCamera::Taken StreamCamera::take_one(Duration wait, const Lease& lease, Ca
   const Status layout = check_layout(image);
   if (!image.complete || layout == Status::incomplete) {
     ++counts_.incomplete;
+    // What came of it may be without its number. Where frames are numbered the next whole one shows that this one is missing.
+    if (!image.has_sequence) ++next_number_;
     return give_back(image.buffer) ? Taken::damaged : Taken::failed;
   }
   if (layout != Status::ok) {
@@ -236,7 +237,7 @@ StreamCamera::Taken StreamCamera::take_one(Duration wait, const Lease& lease, Ca
     candidate.exists = false;
     if (candidate.on_loan && !settle(candidate)) return Taken::failed;
   }
-  candidate = {.exists = true, .on_loan = true, .image = image, .number = number};
+  candidate = {.exists = true, .on_loan = true, .image = image, .number = number_of(image)};
   ++loans_;
   // One loan is left for looking at what comes next.
   return loans_ < driver_.max_loans() || copy(candidate, lease) ? Taken::good : Taken::failed;

@@ -228,6 +228,18 @@ TEST(StreamCamera, NumbersShowWhatTheDriverCounted) {
   LONGS_EQUAL(6, deliver().sequence);
 }
 
+TEST(StreamCamera, TheNumberOfADamagedFrameMeansNothing) {
+  start();
+  for (int k = 0; k < 3; ++k) deliver();
+  ScriptedDriver::Shot damaged = driver.shot();
+  damaged.image.complete = false;
+  damaged.image.sequence = 1;  // of the frame that the buffer held before
+  driver.offer(damaged);
+  CHECK_TRUE(acquire() == Status::incomplete);
+  LONGS_EQUAL(4, deliver().sequence);
+  LONGS_EQUAL(5, deliver().sequence);
+}
+
 TEST(StreamCamera, CountsWhereTheDriverDoesNot) {
   driver.counts = false;
   start();
