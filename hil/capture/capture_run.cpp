@@ -19,6 +19,7 @@ class CaptureRun {
   CaptureOutcome run() {
     while (outcome_.problem.empty() && wants_more() && go_on_(outcome_.counts)) step();
     recorder_.finish();
+    outcome_.counts.underruns = camera_.counts().underruns;
     give_back_all();
     if (camera_.stop() != Status::ok && outcome_.problem.empty()) outcome_.problem = camera_.problem();
     if (recorder_.has_failed()) outcome_.problem = recorder_.problem();

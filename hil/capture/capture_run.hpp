@@ -20,7 +20,8 @@ struct CaptureCounts {
   std::uint64_t incomplete = 0;             ///< came damaged
   std::vector<std::uint32_t> without_room;  ///< sequence numbers of whole frames for which the disk was too slow
   std::uint64_t camera_losses = 0;
-  Duration streaming;  ///< from the first frame to the last
+  std::uint64_t underruns = 0;  ///< of the missing, as far as the driver knows: it had no free buffer
+  Duration streaming;           ///< from the first frame to the last
 };
 
 struct CaptureOutcome {

@@ -38,8 +38,8 @@ RawContainerReader::RawContainerReader(const std::string& path)
   bytes_ = static_cast<std::uint64_t>(status.st_size);
 
   hal::raw::FileHeader header;
-  const bool finished = read(&header, sizeof header, 0) && is_whole(header) && header.index_offset >= sizeof header &&
-                        header.index_offset <= bytes_;
+  const bool has_header = read(&header, sizeof header, 0) && is_whole(header);
+  const bool finished = has_header && header.index_offset >= sizeof header && header.index_offset <= bytes_;
   if (finished && read_by_index(header)) return;
   const std::uint64_t end = search(finished ? header.index_offset : bytes_);
   if (finished) {
@@ -49,7 +49,8 @@ RawContainerReader::RawContainerReader(const std::string& path)
   std::array<std::uint8_t, sizeof header> begin{};
   const bool unwritten = read(begin.data(), std::min<std::uint64_t>(bytes_, begin.size()), 0) &&
                          std::all_of(begin.begin(), begin.end(), [](std::uint8_t byte) { return byte == 0; });
-  if (frames_.empty() && !unwritten) throw InputError(path, 0, "has no file header and no frame", expectation);
+  if (frames_.empty() && !has_header && !unwritten)
+    throw InputError(path, 0, "has no file header and no frame", expectation);
   if (is_index(end)) {
     notes_.push_back(path + ": the file header is damaged; frames were searched for one by one");
     return;
@@ -148,6 +149,7 @@ bool RawContainerReader::is_index(std::uint64_t offset) const {
   if (left == 0 || left % sizeof(std::uint64_t) != 0 || left / sizeof(std::uint64_t) < frames_.size()) return false;
   std::vector<std::uint64_t> offsets(left / sizeof(std::uint64_t));
   if (!read(offsets.data(), left, offset) || !std::is_sorted(offsets.begin(), offsets.end())) return false;
+  if (offsets.front() < sizeof(hal::raw::FileHeader) || offsets.back() >= offset) return false;
   return std::all_of(frames_.begin(), frames_.end(), [&](const Place& place) {
     return std::binary_search(offsets.begin(), offsets.end(), place.offset);
   });

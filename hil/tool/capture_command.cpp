@@ -14,6 +14,7 @@
 #include "platform/files/input_error.hpp"
 #include "platform/files/text.hpp"
 #include "platform/linux/monotonic_clock.hpp"
+#include "platform/linux/pixel_conversion.hpp"
 
 namespace relnav::hil {
 namespace {
@@ -61,7 +62,9 @@ void copy_calibration(const CaptureOptions& o) {
 /// Frames that may wait for the disk.
 std::size_t room_of(const CaptureOptions& o) {
   const platform::linux::CameraSettings& s = o.camera.settings;
-  const std::uint64_t image_bytes = std::uint64_t{2} * s.width_px * s.height_px;
+  const auto format = platform::linux::format_named(s.format);
+  const auto depth = format ? platform::linux::mono_format(*format) : hal::PixelFormat::mono16;
+  const std::uint64_t image_bytes = platform::linux::row_bytes(depth, s.width_px) * s.height_px;
   return std::clamp<std::uint64_t>((std::uint64_t{o.buffer_mb} << 20U) / image_bytes, 3, 1024);
 }
 
@@ -78,9 +81,10 @@ void print_summary(const CaptureOptions& o, const CaptureOutcome& outcome, const
   std::printf("%llu frames in %s: %.1f MB in %.2f s, %.1f MB/s, %.2f Hz\n",
               static_cast<unsigned long long>(disk.recorded), o.out.c_str(), mb, seconds, per(mb, seconds),
               c.received > 1 ? per(static_cast<double>(c.received - 1), seconds) : 0.0);
-  std::printf("camera: %llu received, %llu lost by sequence, %llu incomplete, lost %llu times\n",
+  std::printf("camera: %llu received, %llu lost by sequence, %llu incomplete, %llu camera losses, %llu underruns\n",
               static_cast<unsigned long long>(c.received), static_cast<unsigned long long>(c.missing),
-              static_cast<unsigned long long>(c.incomplete), static_cast<unsigned long long>(c.camera_losses));
+              static_cast<unsigned long long>(c.incomplete), static_cast<unsigned long long>(c.camera_losses),
+              static_cast<unsigned long long>(c.underruns));
   const std::string numbers = ranges_text(c.without_room);
   std::printf(
       "disk: %zu without room%s%s, at most %zu of %zu waiting, write %.2f ms a frame, sync %.2f ms, longest %.1f ms\n",

@@ -68,11 +68,11 @@ struct Recording {
     const fs::path place = find_sequence(sequence);
     if (place.empty()) return;
     const std::string camera_folder = (place / "mav0" / "cam0").string();
-    const hil::CameraCalibration calibration = hil::read_camera_file(camera_folder + "/sensor.yaml");
+    const CameraCalibration calibration = read_camera_file(camera_folder + "/sensor.yaml");
     camera = calibration.intrinsics;
     entries = hil::read_image_list(camera_folder);
     if (fs::exists(place / "mav0" / "cam1")) read_second((place / "mav0" / "cam1").string(), calibration);
-    if (fs::exists(place / "target.yaml")) target = hil::read_target_file((place / "target.yaml").string());
+    if (fs::exists(place / "target.yaml")) target = read_target_file((place / "target.yaml").string());
     truth = hil::read_trajectory((place / truth_file).string());
     found = true;
   }
@@ -82,9 +82,9 @@ struct Recording {
   }
 
  private:
-  void read_second(const std::string& folder, const hil::CameraCalibration& first) {
-    const hil::CameraCalibration calibration = hil::read_camera_file(folder + "/sensor.yaml", 1);
-    const CameraRig rig = hil::camera_rig_of({first, calibration}, {"cam0", "cam1"});
+  void read_second(const std::string& folder, const CameraCalibration& first) {
+    const CameraCalibration calibration = read_camera_file(folder + "/sensor.yaml", 1);
+    const CameraRig rig = camera_rig_of({first, calibration}, {"cam0", "cam1"});
     second.intrinsics = calibration.intrinsics;
     second.R_C1C0 = rig[1].R_KC;
     second.t_C1C0 = rig[1].t_KC;

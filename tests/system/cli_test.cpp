@@ -1,6 +1,4 @@
 /// The relnav tool as a user meets it: exit status, one line on stderr, files.
-#include <sys/wait.h>
-
 #include <algorithm>
 #include <cstdio>
 #include <filesystem>
@@ -16,28 +14,18 @@
 #include "hil/scenarios/stereo_scenarios.hpp"
 #include "platform/files/camera_rig_file.hpp"
 #include "tests/support/scratch.hpp"
+#include "tests/system/tool_run.hpp"
 
+using relnav::test::relnav_tool;
 using relnav::test::Scratch;
 
 namespace {
 
-struct Run {
-  int exit_status = -1;
-  std::string out;
-  std::string err;
-};
+using Run = relnav::test::ToolRun;
 
 std::string text_of(const std::string& path) {
   std::ifstream in(path, std::ios::binary);
   return {std::istreambuf_iterator<char>(in), std::istreambuf_iterator<char>()};
-}
-
-Run relnav_tool(const Scratch& scratch, const std::string& arguments) {
-  const std::string command = std::string("'") + RELNAV_TOOL + "' " + arguments + " >" + scratch.path("stdout") +
-                              " 2>" + scratch.path("stderr") + " </dev/null";
-  const int status = std::system(command.c_str());
-  return {WIFEXITED(status) ? WEXITSTATUS(status) : 128, text_of(scratch.path("stdout")),
-          text_of(scratch.path("stderr"))};
 }
 
 bool is_one_line(const std::string& text) { return !text.empty() && text.find('\n') == text.size() - 1; }
@@ -74,7 +62,7 @@ TEST_GROUP(Cli) {
 };
 
 TEST(Cli, HelpOnEveryLevel) {
-  for (const char* level : {"", "replay ", "solve ", "evaluate ", "tlm ", "tlm decode "}) {
+  for (const char* level : {"", "replay ", "capture ", "export ", "solve ", "evaluate ", "tlm ", "tlm decode "}) {
     const Run run = tool(std::string(level) + "--help");
     CHECK_EQUAL_TEXT(0, run.exit_status, level);
     CHECK_TEXT(run.out.find("Usage:") != std::string::npos, level);
@@ -382,7 +370,7 @@ TEST(CliSolve, CamerasThatAreNotAsTheirFilesSayGiveAnAlarmAndNoPose) {
   auto turned = relnav::hil::stereo_pose_scenario({1.0, 1, 1}).cameras[1];
   const relnav::Mat3 R_BC = turned.T_BC.topLeftCorner<3, 3>();
   turned.T_BC.topLeftCorner<3, 3>() = R_BC * relnav::hil::rotation_exp(relnav::Vec3(0.035, 0.0, 0.0));
-  const std::string bad = scratch.write("turned.yaml", relnav::hil::camera_file_text(turned));
+  const std::string bad = scratch.write("turned.yaml", relnav::camera_file_text(turned));
   for (const std::string& cameras : {swapped, "--camera " + stereo + "/cam0.yaml --camera " + bad}) {
     for (const char* method : {"ml", "motor", "orthogonal"}) {
       const Run run = relnav_tool(scratch, stereo_files(cameras) + out + " --force --method " + method);

@@ -16,7 +16,7 @@ inline void add_chunk(std::string& out, const std::string& type, const std::stri
   const std::string body = type + data;
   out += body;
   add_be32(out, static_cast<std::uint32_t>(
-                    crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()))));
+                    ::crc32(0, reinterpret_cast<const Bytef*>(body.data()), static_cast<uInt>(body.size()))));
 }
 
 /// A PNG made by hand: rows are raw samples, each with the filter byte 0 in front.

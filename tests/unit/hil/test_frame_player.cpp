@@ -132,14 +132,14 @@ TEST(FramePlayer, ASlowDecoderShowsFewerFramesNotNone) {
 
    private:
     PlainSource plain_{1500};
-  } source;
-  RecordingSink sink;
+  } slow;
+  RecordingSink shown;
   PlayerSettings settings;
   settings.speed = 10.0;  // a frame a millisecond
-  const PlayedFrames played = FramePlayer(source, settings).play(sink, [] { return false; });
+  const PlayedFrames played = FramePlayer(slow, settings).play(shown, [] { return false; });
   CHECK_TRUE(played.sent + played.unseen == 1500);
   CHECK_TRUE(played.unseen > 500);
-  CHECK_TRUE(sink.frames.back().number > 1400);  // up to the end
+  CHECK_TRUE(shown.frames.back().number > 1400);  // up to the end
 }
 
 TEST(FramePlayer, LoopsGoOnInTimeAndNumber) {
