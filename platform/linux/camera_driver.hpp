@@ -75,11 +75,10 @@ struct RawImage {
   Time first_data;                               ///< CLOCK_MONOTONIC; dequeued where the driver does not know
   Time dequeued;                                 ///< CLOCK_MONOTONIC
   bool has_sequence = false;                     ///< false: the driver does not count (some give 0 for ever)
-  std::uint32_t sequence =
-      0;              ///< frames since open(), from 0, lost ones counted; no wrap at 16 bits; of complete ones only
-  Duration exposure;  ///< 0: not known
-  double gain = 0.0;  ///< 0: not known
-  std::uint32_t buffer = 0;  ///< names it towards give_back()
+  std::uint32_t sequence = 0;  ///< of a complete one: frames since open(), from 0, with lost ones; no wrap
+  Duration exposure;           ///< 0: not known
+  double gain = 0.0;           ///< 0: not known
+  std::uint32_t buffer = 0;    ///< names it towards give_back()
 };
 
 /// What StreamCamera needs to know of one kind of camera. Not thread-safe; no call blocks longer than it says.
