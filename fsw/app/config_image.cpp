@@ -183,6 +183,7 @@ void visit_config(Config& c, Visit& visit) {
   visit(c.frames.min_contrast);
   visit(c.frames.refuse_frozen);
   visit(c.frames.max_age.ns);
+  visit(c.acquire_wait.ns);
   visit(c.packets.apid_base);
   visit_lines(c.lines, visit);
 }

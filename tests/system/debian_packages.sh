@@ -45,5 +45,5 @@ cmake --build "$work/consumer" >>"$work/consumer.log" 2>&1 || { cat "$work/consu
 grep -rlF "$build" "$root/usr/lib/cmake" "$root/usr/lib/pkgconfig" && fail "these name the build folder"
 
 dpkg_here --purge relnav-dev relnav-runtime relnav-tools
-left=$(find "$root/usr" -type f -o -type l)
+left=$(find "$root" -path "$root/var" -prune -o \( -type f -o -type l \) -print)
 [ -z "$left" ] || fail "left behind: $left"

@@ -4,6 +4,7 @@
 
 #include "fsw/telemetry/ccsds.hpp"
 #include "fsw/telemetry/packets.hpp"
+#include "hil/io/euroc.hpp"
 #include "hil/replay/flight_driver.hpp"
 #include "hil/replay/replay_camera.hpp"
 #include "platform/files/target_file.hpp"
