@@ -47,8 +47,9 @@ RawContainerReader::RawContainerReader(const std::string& path)
     return;
   }
   std::array<std::uint8_t, sizeof header> begin{};
-  const bool unwritten = read(begin.data(), std::min<std::uint64_t>(bytes_, begin.size()), 0) &&
-                         std::all_of(begin.begin(), begin.end(), [](std::uint8_t byte) { return byte == 0; });
+  const bool unwritten =
+      read(begin.data(), static_cast<std::size_t>(std::min<std::uint64_t>(bytes_, begin.size())), 0) &&
+      std::all_of(begin.begin(), begin.end(), [](std::uint8_t byte) { return byte == 0; });
   if (frames_.empty() && !has_header && !unwritten)
     throw InputError(path, 0, "has no file header and no frame", expectation);
   if (is_index(end)) {
@@ -86,9 +87,9 @@ bool RawContainerReader::read_frame_header(std::uint64_t offset, std::uint64_t e
 }
 
 bool RawContainerReader::read_by_index(const hal::raw::FileHeader& header) {
-  const std::uint64_t index_bytes = std::uint64_t{header.frames} * sizeof(std::uint64_t);
-  if (index_bytes > bytes_ - header.index_offset) return false;
+  if (std::uint64_t{header.frames} * sizeof(std::uint64_t) > bytes_ - header.index_offset) return false;
   std::vector<std::uint64_t> offsets(header.frames);
+  const std::size_t index_bytes = offsets.size() * sizeof(std::uint64_t);
   if (!read(offsets.data(), index_bytes, header.index_offset)) return false;
   if (fast_crc32({reinterpret_cast<const std::uint8_t*>(offsets.data()), index_bytes}) != header.index_crc)
     return false;
@@ -130,7 +131,7 @@ std::uint64_t RawContainerReader::next_frame(std::uint64_t offset, std::uint64_t
   const auto& magic = hal::raw::frame_magic;
   std::vector<char> window;
   while (offset < end && end - offset >= sizeof(hal::raw::FrameHeader)) {
-    window.resize(std::min<std::uint64_t>(end - offset, search_bytes));
+    window.resize(static_cast<std::size_t>(std::min<std::uint64_t>(end - offset, search_bytes)));
     if (!read(window.data(), window.size(), offset)) break;
     auto at = window.begin();
     while ((at = std::search(at, window.end(), magic.begin(), magic.end())) != window.end()) {
@@ -147,8 +148,10 @@ std::uint64_t RawContainerReader::next_frame(std::uint64_t offset, std::uint64_t
 bool RawContainerReader::is_index(std::uint64_t offset) const {
   const std::uint64_t left = bytes_ - std::min(offset, bytes_);
   if (left == 0 || left % sizeof(std::uint64_t) != 0 || left / sizeof(std::uint64_t) < frames_.size()) return false;
-  std::vector<std::uint64_t> offsets(left / sizeof(std::uint64_t));
-  if (!read(offsets.data(), left, offset) || !std::is_sorted(offsets.begin(), offsets.end())) return false;
+  std::vector<std::uint64_t> offsets(static_cast<std::size_t>(left / sizeof(std::uint64_t)));
+  if (!read(offsets.data(), offsets.size() * sizeof(std::uint64_t), offset) ||
+      !std::is_sorted(offsets.begin(), offsets.end()))
+    return false;
   if (offsets.front() < sizeof(hal::raw::FileHeader) || offsets.back() >= offset) return false;
   return std::all_of(frames_.begin(), frames_.end(), [&](const Place& place) {
     return std::binary_search(offsets.begin(), offsets.end(), place.offset);

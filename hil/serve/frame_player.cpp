@@ -47,7 +47,8 @@ FramePlayer::FramePlayer(FrameSource& source, PlayerSettings settings)
 
 std::int64_t FramePlayer::capture_ns(std::uint64_t number) const {
   const std::uint64_t count = source_.count();
-  return source_.stamp(number % count).ns + static_cast<std::int64_t>(number / count) * loop_ns_;
+  return source_.stamp(static_cast<std::size_t>(number % count)).ns +
+         static_cast<std::int64_t>(number / count) * loop_ns_;
 }
 
 const Fault* FramePlayer::fault_at(FaultKind kind, std::uint64_t number) const {
@@ -58,12 +59,12 @@ const Fault* FramePlayer::fault_at(FaultKind kind, std::uint64_t number) const {
 }
 
 std::shared_ptr<const Image> FramePlayer::image_before(std::uint64_t number, std::uint64_t steps) {
-  return source_.image((number - std::min(number, steps)) % source_.count());
+  return source_.image(static_cast<std::size_t>((number - std::min(number, steps)) % source_.count()));
 }
 
 FramePlayer::Content FramePlayer::content_of(std::uint64_t number) {
   Content content;
-  content.image = source_.image(number % source_.count());
+  content.image = source_.image(static_cast<std::size_t>(number % source_.count()));
   if (const Fault* frozen = fault_at(FaultKind::frozen, number))
     content.image = image_before(number, number - frozen->frame + 1);
   if (fault_at(FaultKind::torn, number) != nullptr) content.image = torn(*content.image, *image_before(number, 1));

@@ -86,7 +86,8 @@ void V4l2Sink::map_buffers() {
     buffer.memory = V4L2_MEMORY_MMAP;
     if (control(fd_, VIDIOC_QUERYBUF, &buffer) < 0) fail(because("gives no buffers"), a_loopback);
     if (buffer.length < frame_bytes_) fail("gives buffers too small for a frame", a_loopback);
-    void* start = ::mmap(nullptr, buffer.length, PROT_READ | PROT_WRITE, MAP_SHARED, fd_, buffer.m.offset);
+    void* start =
+        ::mmap(nullptr, buffer.length, PROT_READ | PROT_WRITE, MAP_SHARED, fd_, static_cast<off_t>(buffer.m.offset));
     if (start == MAP_FAILED) fail(because("gives no buffers"), a_loopback);
     mappings_.push_back({start, buffer.length, buffer.m.offset});
   }

@@ -65,7 +65,8 @@ std::size_t room_of(const CaptureOptions& o) {
   const auto format = platform::linux::format_named(s.format);
   const auto depth = format ? platform::linux::mono_format(*format) : hal::PixelFormat::mono16;
   const std::uint64_t image_bytes = platform::linux::row_bytes(depth, s.width_px) * s.height_px;
-  return std::clamp<std::uint64_t>((std::uint64_t{o.buffer_mb} << 20U) / image_bytes, 3, 1024);
+  return static_cast<std::size_t>(
+      std::clamp<std::uint64_t>((std::uint64_t{o.buffer_mb} << 20U) / image_bytes, 3, 1024));
 }
 
 double per(double amount, double count) { return count > 0.0 ? amount / count : 0.0; }
@@ -119,7 +120,7 @@ int capture(CaptureOptions o) {
   Progress progress;
   const CaptureOutcome outcome = run_capture(camera, recorder, {.frames = o.frames}, [&](const CaptureCounts& counts) {
     progress.show(
-        counts.received, o.frames,
+        static_cast<std::size_t>(counts.received), static_cast<std::size_t>(o.frames),
         format_text("%llu lost, %llu incomplete, %zu without room", static_cast<unsigned long long>(counts.missing),
                     static_cast<unsigned long long>(counts.incomplete), counts.without_room.size()));
     return !interrupted();

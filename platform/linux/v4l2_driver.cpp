@@ -152,7 +152,7 @@ Status V4l2Driver::open_node() {
 Status V4l2Driver::check_capabilities() {
   v4l2_capability about{};
   const int result = node_.ioctl(VIDIOC_QUERYCAP, about);
-  if (result == -EINVAL) return fail_call("", -ENOTTY);
+  if (result == -EINVAL || result == -ENOSYS) return fail_call("", -ENOTTY);  // the latter from an emulator
   if (result < 0) return fail_call("", result);
   const std::uint32_t able = (about.capabilities & V4L2_CAP_DEVICE_CAPS) != 0 ? about.device_caps : about.capabilities;
   if ((able & V4L2_CAP_VIDEO_CAPTURE) == 0) {

@@ -27,7 +27,8 @@ TEST(SystemCalls, ErrorsAreNegative) {
   const int null = calls.open("/dev/null", O_RDWR | O_CLOEXEC);
   CHECK_TRUE(null >= 0);
   v4l2_capability about{};
-  LONGS_EQUAL(-ENOTTY, calls.ioctl(null, VIDIOC_QUERYCAP, &about));
+  const int answer = calls.ioctl(null, VIDIOC_QUERYCAP, &about);
+  CHECK_TRUE(answer == -ENOTTY || answer == -ENOSYS);  // the latter from an emulator
   int error = 0;
   POINTERS_EQUAL(nullptr, calls.map(4096, null, 0, error));
   LONGS_EQUAL(-ENODEV, error);
