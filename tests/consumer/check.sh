@@ -6,7 +6,7 @@ build=$1 work=$2 compiler=$3 emulator=${4:-}
 here=$(cd "$(dirname "${BASH_SOURCE[0]}")" && pwd)
 rm -rf "$work"
 
-cmake --install "$build" --prefix "$work/prefix" >/dev/null
+cmake --install "$build" --component dev --prefix "$work/prefix" >/dev/null
 cached() { sed -n "s/^$1:[A-Z]*=//p" "$build/CMakeCache.txt"; }
 toolchain=$(cached CMAKE_TOOLCHAIN_FILE)
 sysroot=$(cached RELNAV_SYSROOT)
