@@ -135,7 +135,7 @@ PlayedFrames FramePlayer::play(FrameSink& sink, const std::function<bool()>& sto
       ++played.sent;
     if (taken && !begun) {
       begun = true;
-      start = PlayerClock::now() - (due(number) - start);
+      if (!lock_step) start = PlayerClock::now() - (due(number) - start);
     }
   }
   sink.unplug();
