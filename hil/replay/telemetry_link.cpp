@@ -3,26 +3,12 @@
 #include <algorithm>
 
 #include "platform/files/input_error.hpp"
-#include "platform/files/text.hpp"
 
 namespace relnav::hil {
 
 UdpAddress parse_udp_url(const std::string& url) {
-  const std::string scheme = "udp://";
-  const std::size_t colon = url.rfind(':');
-  if (url.rfind(scheme, 0) != 0 || colon == std::string::npos || colon < scheme.size()) {
-    throw InputError(url, 0, "is no UDP address", "udp://HOST:PORT");
-  }
-  UdpAddress address;
-  address.host = url.substr(scheme.size(), colon - scheme.size());
-  if (address.host.size() > 2 && address.host.front() == '[' && address.host.back() == ']') {
-    address.host = address.host.substr(1, address.host.size() - 2);
-  }
-  const auto port = parse_int64(std::string_view(url).substr(colon + 1));
-  if (address.host.empty() || !port || *port < 1 || *port > 65535)
-    throw InputError(url, 0, "is no UDP address", "udp://HOST:PORT, port 1 to 65535");
-  address.port = static_cast<std::uint16_t>(*port);
-  return address;
+  if (const auto address = udp_address_in(url)) return *address;
+  throw InputError(url, 0, "is no UDP address", "udp://HOST:PORT, port 1 to 65535");
 }
 
 void TelemetryLink::open(const std::string& file, Listener listener) {

@@ -4,6 +4,7 @@
 #include <vector>
 
 #include "hal/packet_link.hpp"
+#include "platform/files/udp_address.hpp"
 #include "platform/posix/file_packet_link.hpp"
 #include "platform/posix/udp_packet_link.hpp"
 
@@ -35,10 +36,6 @@ class TelemetryLink final : public hal::PacketLink {
   std::string problem_;
 };
 
-struct UdpAddress {
-  std::string host;
-  std::uint16_t port = 0;
-};
 /// udp://HOST:PORT or udp://[IPV6]:PORT. Throws InputError.
 [[nodiscard]] UdpAddress parse_udp_url(const std::string& url);
 

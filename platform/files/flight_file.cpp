@@ -1,11 +1,10 @@
 #include "platform/files/flight_file.hpp"
 
 #include <array>
-#include <cmath>
 #include <filesystem>
-#include <utility>
 #include <vector>
 
+#include "platform/files/file_section.hpp"
 #include "platform/files/flight_config_file.hpp"
 #include "platform/files/flight_setup.hpp"
 #include "platform/files/input_error.hpp"
@@ -15,11 +14,6 @@
 
 namespace relnav {
 namespace {
-
-namespace fs = std::filesystem;
-
-template <typename Value, std::size_t count>
-using Words = std::array<std::pair<const char*, Value>, count>;
 
 constexpr Words<app::NavigationKind, 3> mode_words{{{"noncoop", app::NavigationKind::noncoop},
                                                     {"coop-mono", app::NavigationKind::coop_mono},
@@ -34,112 +28,8 @@ constexpr Words<CameraSource::Stamps, 4> stamp_words{{{"start-of-exposure", Came
                                                       {"end-of-exposure", CameraSource::Stamps::end_of_exposure},
                                                       {"original", CameraSource::Stamps::original}}};
 
-/// A section of the file: a map in which every key is known.
-class FileSection {
- public:
-  FileSection(const std::string& path, const YAML::Node& node, std::string name, std::vector<std::string> keys)
-      : path_(path), node_(node), name_(std::move(name)), keys_(std::move(keys)) {
-    if (!node_.IsMap()) fail(node_, in_quotes(name_) + " holds no keys", "keys of " + list_of_keys());
-    for (const auto& entry : node_) {
-      const std::string key = entry.first.Scalar();
-      bool known = false;
-      for (const std::string& k : keys_) known = known || k == key;
-      if (!known) fail(entry.first, "unknown key " + in_quotes(full_name(key)), "one of " + list_of_keys());
-    }
-  }
-
-  [[nodiscard]] YAML::Node node(const char* key) const {
-    const YAML::Node map = node_;  // of a constant one an unknown key does not become part
-    return map[key];
-  }
-  [[nodiscard]] bool has(const char* key) const { return static_cast<bool>(node(key)); }
-  [[nodiscard]] YAML::Node require(const char* key, const std::string& expectation) const {
-    YAML::Node value = node(key);
-    if (!value) fail(node_, "missing key " + in_quotes(full_name(key)), expectation);
-    return value;
-  }
-
-  [[nodiscard]] std::string text(const char* key, const std::string& expectation) const {
-    const YAML::Node value = require(key, expectation);
-    if (!value.IsScalar() || value.Scalar().empty()) fail(value, full_name(key) + " is no text", expectation);
-    return value.Scalar();
-  }
-  [[nodiscard]] std::string text_or(const char* key, const std::string& fallback) const {
-    return has(key) ? text(key, "a text") : fallback;
-  }
-  /// A path, relative to the file.
-  [[nodiscard]] std::string file(const char* key, const std::string& expectation) const {
-    return (fs::path(path_).parent_path() / text(key, expectation)).string();
-  }
-  [[nodiscard]] double number_or(const char* key, double low, double high, double fallback) const {
-    if (!has(key)) return fallback;
-    const YAML::Node value = node(key);
-    const auto number = value.IsScalar() ? parse_double(value.Scalar()) : std::nullopt;
-    if (!number || !std::isfinite(*number) || *number < low || *number > high) {
-      fail(value, full_name(key) + " is " + in_quotes(value.IsScalar() ? value.Scalar() : "a list or map"),
-           format_text("a number from %g to %g", low, high));
-    }
-    return *number;
-  }
-  [[nodiscard]] std::int64_t whole_or(const char* key, std::int64_t low, std::int64_t high,
-                                      std::int64_t fallback) const {
-    if (!has(key)) return fallback;
-    const YAML::Node value = node(key);
-    const auto number = value.IsScalar() ? parse_int64(value.Scalar()) : std::nullopt;
-    if (!number || *number < low || *number > high) {
-      fail(value, full_name(key) + " is " + in_quotes(value.IsScalar() ? value.Scalar() : "a list or map"),
-           "a whole number from " + std::to_string(low) + " to " + std::to_string(high));
-    }
-    return *number;
-  }
-  template <typename Value, std::size_t count>
-  [[nodiscard]] Value word(const char* key, const Words<Value, count>& words) const {
-    std::string names;
-    for (const auto& [name, value] : words) names += (names.empty() ? "" : ", ") + std::string(name);
-    const std::string given = text(key, "one of " + names);
-    for (const auto& [name, value] : words) {
-      if (given == name) return value;
-    }
-    fail(node(key), full_name(key) + " is " + in_quotes(given), "one of " + names);
-  }
-  template <typename Value, std::size_t count>
-  [[nodiscard]] Value word_or(const char* key, const Words<Value, count>& words, Value fallback) const {
-    return has(key) ? word(key, words) : fallback;
-  }
-
-  [[noreturn]] void fail(const YAML::Node& at, const std::string& problem, const std::string& expectation) const {
-    throw InputError(path_, line_of(at), problem, expectation);
-  }
-
- private:
-  [[nodiscard]] std::string full_name(const std::string& key) const { return name_.empty() ? key : name_ + "." + key; }
-  [[nodiscard]] std::string list_of_keys() const {
-    std::string list;
-    for (const std::string& key : keys_) list += (list.empty() ? "" : ", ") + key;
-    return list;
-  }
-
-  std::string path_;
-  YAML::Node node_;
-  std::string name_;
-  std::vector<std::string> keys_;
-};
-
 /// Significant bits of the formats that have more than eight.
 constexpr Words<std::uint8_t, 5> deep_formats{{{"y10", 10}, {"y12", 12}, {"y16", 16}, {"y10p", 10}, {"y12p", 12}}};
-
-/// HOST:PORT, an IPv6 host in brackets.
-std::optional<NetworkAddress> address_in(const std::string& text) {
-  const std::size_t colon = text.rfind(':');
-  if (colon == std::string::npos || colon == 0) return std::nullopt;
-  NetworkAddress address{text.substr(0, colon), 0};
-  if (address.host.size() > 2 && address.host.front() == '[' && address.host.back() == ']')
-    address.host = address.host.substr(1, address.host.size() - 2);
-  const auto port = parse_int64(std::string_view(text).substr(colon + 1));
-  if (!port || *port < 1 || *port > 65535) return std::nullopt;
-  address.port = static_cast<std::uint16_t>(*port);
-  return address;
-}
 
 /// What follows `scheme` in `text`.
 std::optional<std::string> after(const std::string& scheme, const std::string& text) {
@@ -199,12 +89,11 @@ TelemetryOutput read_output(const FileSection& link) {
   const std::string expectation = "udp://HOST:PORT, file:PATH or serial:DEVICE@BAUD";
   const std::string text = link.text("telemetry", expectation);
   TelemetryOutput output;
-  if (const auto udp = after("udp://", text)) {
-    if (const auto address = address_in(*udp)) {
-      output.address = *address;
-      return output;
-    }
-  } else if (const auto file = after("file:", text)) {
+  if (const auto address = udp_address_in(text)) {
+    output.address = *address;
+    return output;
+  }
+  if (const auto file = after("file:", text)) {
     output.kind = TelemetryOutput::Kind::file;
     output.path = *file;
     return output;
@@ -226,8 +115,7 @@ void read_link(const FileSection& link, FlightFile& flight) {
   if (!link.has("telecommands")) return;
   const std::string expectation = "udp://ADDRESS:PORT to listen on";
   const std::string text = link.text("telecommands", expectation);
-  const auto udp = after("udp://", text);
-  flight.telecommands = udp ? address_in(*udp) : std::nullopt;
+  flight.telecommands = udp_address_in(text);
   if (!flight.telecommands)
     link.fail(link.node("telecommands"), "link.telecommands is " + in_quotes(text), expectation);
 }

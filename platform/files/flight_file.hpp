@@ -4,6 +4,7 @@
 #include <string>
 
 #include "fsw/app/flight_config.hpp"
+#include "platform/files/udp_address.hpp"
 
 namespace relnav {
 
@@ -36,15 +37,10 @@ struct LineNames {
   std::string exposure;
 };
 
-struct NetworkAddress {
-  std::string host;
-  std::uint16_t port = 0;
-};
-
 struct TelemetryOutput {
   enum class Kind : std::uint8_t { udp, file, serial };
   Kind kind = Kind::udp;
-  NetworkAddress address;  ///< udp
+  UdpAddress address;      ///< udp
   std::string path;        ///< file, serial
   std::uint32_t baud = 0;  ///< serial
 };
@@ -56,7 +52,7 @@ struct FlightFile {
   std::optional<CameraSource> second;
   LineNames lines;
   TelemetryOutput telemetry;
-  std::optional<NetworkAddress> telecommands;
+  std::optional<UdpAddress> telecommands;
   bool lock_memory = true;
   int priority = 0;             ///< SCHED_FIFO; 0: none
   std::int64_t tai_utc_s = 37;  ///< TAI - UTC (since 2017-01-01), to name the seconds of pulses by the system's clock

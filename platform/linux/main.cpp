@@ -240,7 +240,7 @@ class Flight {
   }
 
  private:
-  void listen(const NetworkAddress& address) {
+  void listen(const UdpAddress& address) {
     if (commands_.open(address.host.c_str(), address.port) != Status::ok)
       throw InputError("link.telecommands", 0, commands_.problem(), "an address and port that are free");
   }
