@@ -244,13 +244,39 @@ Status CoopNavigator::look_for_expected(std::span<const CameraImage> images, con
   return Status::ok;
 }
 
+void CoopNavigator::remember_markers(std::span<const CameraImage> images) {
+  markers_before_.clear();
+  const Pose pose = filter_.pose();
+  const Mat6 covariance = filter_.pose_covariance();
+  for (std::size_t c = 0; c < images.size(); ++c) {
+    if (std::holds_alternative<std::monostate>(images[c])) continue;
+    expect_markers(estimator_.rig(), config_.target, pose, covariance, static_cast<std::uint16_t>(c), image_border_px,
+                   config_.tracking, markers_before_);
+  }
+}
+
+void CoopNavigator::drop_torn_parts(std::span<const CameraImage> images, StepReport& report) {
+  for (std::size_t c = 0; c < images.size(); ++c) {
+    Tear tear;
+    const auto camera = static_cast<std::uint16_t>(c);
+    if (!find_tear(markers_before_, markers_, spots_[c], camera, config_.tear, tear)) continue;
+    drop_late_side(tear, assignment_);
+    report.torn = true;
+    report.torn_camera = static_cast<std::uint8_t>(c);
+    report.torn_row_px = static_cast<std::int32_t>(tear.row_px);
+    report.late_spots = tear.late;
+  }
+}
+
 Status CoopNavigator::track(std::span<const CameraImage> images, Time time, StepReport& report) {
   StageTimer timer(clock_);
+  remember_markers(images);
   Status status = filter_.predict(time);
   if (status != Status::ok) return status;
   report.times.predict_ns += timer.lap();
   const Pose predicted = filter_.pose();
   status = look_for_expected(images, predicted, filter_.pose_covariance(), report);
+  if (status == Status::ok) drop_torn_parts(images, report);
   report.times.match_ns += timer.lap();
   if (status != Status::ok) return status;
 
@@ -262,7 +288,7 @@ Status CoopNavigator::track(std::span<const CameraImage> images, Time time, Step
     status = estimator_.solve(assignment_.observations, &predicted, solution_);
     if (status == Status::ok) status = filter_.update(solution_.estimate);
     if (status == Status::ok) {
-      look_at_sights(images);
+      look_at_sights(images, report);
       take(time, report);
     } else {
       solution_.used.fill(false);
@@ -280,7 +306,7 @@ Status CoopNavigator::update_from_few(std::span<const CameraImage> images, StepR
   if (any && status == Status::ok) {
     solution_.estimate.pose = filter_.pose();
     solution_.estimate.covariance = filter_.pose_covariance();
-    look_at_sights(images);
+    look_at_sights(images, report);
   }
   report.state = filter_.output();
   report_markers(report);
@@ -289,9 +315,9 @@ Status CoopNavigator::update_from_few(std::span<const CameraImage> images, StepR
   return status;
 }
 
-void CoopNavigator::look_at_sights(std::span<const CameraImage> images) {
+void CoopNavigator::look_at_sights(std::span<const CameraImage> images, const StepReport& report) {
   for (std::size_t c = 0; c < images.size(); ++c) {
-    if (std::holds_alternative<std::monostate>(images[c])) continue;
+    if (std::holds_alternative<std::monostate>(images[c]) || (report.torn && report.torn_camera == c)) continue;
     const auto camera = static_cast<std::uint16_t>(c);
     agreeing_markers_.clear();
     expect_markers(estimator_.rig(), config_.target, solution_.estimate.pose, solution_.estimate.covariance, camera,

@@ -6,7 +6,7 @@
 #include "fsw/estimation/marker_sights.hpp"
 #include "fsw/estimation/pose_filter.hpp"
 #include "fsw/estimation/spot_acquisition.hpp"
-#include "fsw/estimation/spot_tracking.hpp"
+#include "fsw/estimation/torn_image.hpp"
 #include "fsw/vision/light_spot_finder.hpp"
 #include "hal/clock.hpp"
 
@@ -20,6 +20,7 @@ struct CoopNavigatorConfig {
   vision::SpotSettings spots;  ///< in the levels of an 8-bit image
   SpotSearchSettings search;
   SpotTrackingSettings tracking;
+  TearSettings tear;
   CooperativeConfig estimator;
   PoseFilterConfig filter;
   /// Decides between poses that a symmetric layout leaves open, and helps where spots alone are too close to chance; not used
@@ -70,10 +71,14 @@ class CoopNavigator final : public Navigator {
   /// Spots where markers are expected.
   Status look_for_expected(std::span<const CameraImage> images, const Pose& pose, const Mat6& covariance,
                            StepReport& report);
+  /// Where the filter has its markers, before it goes on to this frame.
+  void remember_markers(std::span<const CameraImage> images);
+  /// Takes out what still shows the frame before.
+  void drop_torn_parts(std::span<const CameraImage> images, StepReport& report);
   /// Too few for a pose of their own: they correct the predicted one. inconsistent: none of them fits it.
   Status update_from_few(std::span<const CameraImage> images, StepReport& report);
-  /// Which markers are in sight of the cameras that gave an image, by the pose just solved.
-  void look_at_sights(std::span<const CameraImage> images);
+  /// Which markers are in sight of the cameras that gave a whole image, by the pose just solved.
+  void look_at_sights(std::span<const CameraImage> images, const StepReport& report);
   void take(Time time, StepReport& report);
   void report_markers(StepReport& report) const;
 
@@ -87,6 +92,7 @@ class CoopNavigator final : public Navigator {
 
   RigSpots spots_;
   ExpectedMarkers markers_;
+  ExpectedMarkers markers_before_;  ///< in the frame before
   SpotAssignment assignment_;
   ExpectedMarkers agreeing_markers_;
   SpotAssignment agreeing_;

@@ -59,11 +59,7 @@ void assign(const ExpectedMarkers& markers, const RigSpots& spots, Markers which
         if (taken[m.camera][s] || !is_as_bright(of_camera[s], m, settings.flux_ratio)) continue;
         const Vec2 d = of_camera[s].uv_px - m.uv_px;
         const double noise2 = floor2 + of_camera[s].sigma_px * of_camera[s].sigma_px;
-        const double a = m.S_px2(0, 0) + noise2;
-        const double b = m.S_px2(1, 1) + noise2;
-        const double c = m.S_px2(0, 1);
-        const double determinant = a * b - c * c;
-        const double d2 = (b * d(0) * d(0) - 2.0 * c * d(0) * d(1) + a * d(1) * d(1)) / determinant;
+        const double d2 = mahalanobis2(d, m.S_px2, noise2);
         if (!(d2 < least)) continue;
         least = d2;
         best_marker = k;

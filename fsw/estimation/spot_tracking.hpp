@@ -31,6 +31,14 @@ struct SpotTrackingSettings {
   }
 };
 
+/// Squared Mahalanobis distance of an image offset: covariance S_px2 of the prediction, and noise2_px2 more on each axis.
+[[nodiscard]] inline double mahalanobis2(const Vec2& d_px, const Mat2& S_px2, double noise2_px2) {
+  const double a = S_px2(0, 0) + noise2_px2;
+  const double b = S_px2(1, 1) + noise2_px2;
+  const double c = S_px2(0, 1);
+  return (b * d_px(0) * d_px(0) - 2.0 * c * d_px(0) * d_px(1) + a * d_px(1) * d_px(1)) / (a * b - c * c);
+}
+
 /// Markers of a predicted pose that the camera of `camera` should see: in front, inside the image by border_px, faces turned
 /// towards it. Appended to `markers`.
 void expect_markers(const CameraRig& rig, const TargetModel& target, const Pose& pose, const Mat6& pose_covariance,

@@ -52,6 +52,7 @@ enum class EventId : std::uint16_t {
   time_jumped = 30,
   command_refused = 31,
   line_failed = 32,
+  image_torn = 33,
 };
 
 struct EventDefinition {
@@ -62,7 +63,7 @@ struct EventDefinition {
   std::array<const char*, 4> args;  ///< meaning of each argument; "" for one that is not used (and 0)
 };
 
-inline constexpr std::array<EventDefinition, 32> event_definitions{{
+inline constexpr std::array<EventDefinition, 33> event_definitions{{
     {EventId::mode_changed,
      "mode_changed",
      Severity::info,
@@ -220,6 +221,11 @@ inline constexpr std::array<EventDefinition, 32> event_definitions{{
      Severity::medium,
      "A digital line does not work; it is requested anew.",
      {"line", "failures", "", ""}},
+    {EventId::image_torn,
+     "image_torn",
+     Severity::medium,
+     "Part of an image still shows the frame before; that part was not used.",
+     {"camera", "row_px", "late_spots", ""}},
 }};
 
 /// nullptr for an id that is not in the table.

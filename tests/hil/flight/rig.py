@@ -50,7 +50,7 @@ EVENTS = {number: name for number, name in enumerate(
     frame_refused_format frame_refused_age frame_incomplete frame_gap camera_lost camera_recovered image_without_contrast
     image_frozen too_few_features feature_capacity update_refused covariance_repaired filter_reset chart_switched
     track_acquired track_lost telemetry_dropped numerical_fault pose_ambiguous spots_dropped pair_incomplete
-    safe_state_entered time_synchronised time_lost time_jumped command_refused line_failed""".split(), 1)}
+    safe_state_entered time_synchronised time_lost time_jumped command_refused line_failed image_torn""".split(), 1)}
 STANDBY, ACQUIRE, TRACK, LOST = range(4)
 POSE_VALID, COVARIANCE_VALID, PREDICTED = 0x01, 0x02, 0x40
 HEALTH_FIELDS = ("time_ns frame_sequence mode flags last_status frames_processed frames_refused frames_incomplete frames_lost "

@@ -188,6 +188,28 @@ TEST(CoopNavigator, AnOutlierInTheGateIsRejected) {
   check_pose();
 }
 
+TEST(CoopNavigator, OfATornImageOnlyTheNewPartIsUsed) {
+  // Rows below a line still show the frame before, five frames in a row. Whichever part has more LEDs.
+  for (const int row : {170, 240, 300}) {
+    scene = test::SpotMotion();
+    scene.v_C = Vec3(0.4, -0.3, -0.2);
+    scene.omega_C = Vec3(0.1, -0.15, 0.2);
+    configure(test::one_camera(), test::eight_leds());
+    test::SpotImage before;
+    for (int k = 0; k < 25; ++k, next()) {
+      scene.render();
+      const test::SpotImage whole = scene.images[0];
+      const bool torn = k >= 10 && k < 15;
+      if (torn) scene.images[0].take_rows_of(before, row);
+      before = whole;
+      CHECK_TRUE(process() == Status::ok);
+      CHECK_TRUE(report->torn == torn);
+      check_pose();
+    }
+    LONGS_EQUAL(8, report->inliers);
+  }
+}
+
 TEST(CoopNavigator, WithoutSpotsTheStateIsThePredictedOne) {
   configure(test::one_camera(), test::eight_leds());
   for (int k = 0; k < 20; ++k, next()) {

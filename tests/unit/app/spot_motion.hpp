@@ -32,6 +32,12 @@ class SpotImage {
       }
     }
   }
+  /// Rows from `row` on are those of `other`.
+  void take_rows_of(const SpotImage& other, int row) {
+    const auto first = static_cast<std::ptrdiff_t>(row) * spot_width_px;
+    std::copy(other.levels_.begin() + first, other.levels_.end(), levels_.begin() + first);
+    std::copy(other.pixels_.begin() + first, other.pixels_.end(), pixels_.begin() + first);
+  }
   [[nodiscard]] const std::vector<std::uint8_t>& pixels() const { return pixels_; }
   [[nodiscard]] vision::ImageView view() const {
     return {pixels_.data(), spot_width_px, spot_height_px, spot_width_px};

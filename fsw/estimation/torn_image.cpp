@@ -1,0 +1,94 @@
+#include "fsw/estimation/torn_image.hpp"
+
+#include <algorithm>
+
+namespace relnav {
+namespace {
+
+/// Rows between which spots lie.
+struct Extent {
+  double least_px = 1e300;
+  double most_px = -1e300;
+  std::uint16_t count = 0;
+  void add(double v_px) {
+    least_px = std::min(least_px, v_px);
+    most_px = std::max(most_px, v_px);
+    ++count;
+  }
+};
+
+const ExpectedMarker* find_marker(const ExpectedMarkers& markers, const ExpectedMarker& like) {
+  for (const ExpectedMarker& m : markers) {
+    if (m.feature == like.feature && m.camera == like.camera) return &m;
+  }
+  return nullptr;
+}
+
+/// The spot that stands nearest to a marker.
+struct Nearest {
+  std::size_t spot = config::max_spots;  ///< none
+  double offset2_px2 = 1e300;
+  [[nodiscard]] bool any() const { return spot < config::max_spots; }
+};
+
+/// `sigma_px`: added to the prediction of the marker.
+Nearest spot_at(const LightSpots& spots, const ExpectedMarker& marker, double sigma_px, double chi2) {
+  Nearest nearest;
+  for (std::size_t i = 0; i < spots.size(); ++i) {
+    const Vec2 d = spots[i].uv_px - marker.uv_px;
+    const double offset2 = d.squaredNorm();
+    const double noise2 = sigma_px * sigma_px + spots[i].sigma_px * spots[i].sigma_px;
+    if (offset2 < nearest.offset2_px2 && mahalanobis2(d, marker.S_px2, noise2) < chi2) nearest = {i, offset2};
+  }
+  return nearest;
+}
+
+}  // namespace
+
+bool find_tear(const ExpectedMarkers& before, const ExpectedMarkers& now, const LightSpots& spots, std::uint16_t camera,
+               const TearSettings& settings, Tear& out) {
+  Extent late;
+  Extent fresh;
+  for (const ExpectedMarker& here : now) {
+    if (here.camera != camera || !here.in_sight) continue;
+    const ExpectedMarker* then = find_marker(before, here);
+    if (then == nullptr) continue;
+    const Vec2 motion = here.uv_px - then->uv_px;
+    if (mahalanobis2(motion, then->S_px2, settings.model_sigma_px * settings.model_sigma_px) < settings.moved_chi2)
+      continue;
+    const Nearest old = spot_at(spots, *then, settings.model_sigma_px, settings.gate_chi2);
+    const Nearest young = spot_at(spots, here, settings.prediction_sigma_px, settings.gate_chi2);
+    if (old.any() && young.any() && old.spot != young.spot) continue;
+    // Where prediction is loose the same spot may be at either place: the nearer one then.
+    if (old.any() && (!young.any() || old.offset2_px2 < young.offset2_px2)) {
+      late.add(spots[old.spot].uv_px(1));
+    } else if (young.any()) {
+      fresh.add(spots[young.spot].uv_px(1));
+    }
+  }
+  if (late.count < settings.least_late || fresh.count == 0) return false;
+  const bool late_below = late.least_px > fresh.most_px;
+  if (!late_below && !(late.most_px < fresh.least_px)) return false;
+  out.camera = camera;
+  out.row_px = 0.5 * (late_below ? late.least_px + fresh.most_px : late.most_px + fresh.least_px);
+  out.late_below = late_below;
+  out.late = late.count;
+  out.fresh = fresh.count;
+  return true;
+}
+
+void drop_late_side(const Tear& tear, SpotAssignment& found) {
+  std::size_t kept = 0;
+  for (std::size_t i = 0; i < found.observations.size(); ++i) {
+    const PoseObservation o = found.observations[i];
+    if (o.camera == tear.camera && (o.uv_px(1) > tear.row_px) == tear.late_below) continue;
+    found.observations[kept] = o;
+    found.flux[kept] = found.flux[i];
+    found.marker[kept++] = found.marker[i];
+  }
+  found.observations.truncate(kept);
+  found.flux.truncate(kept);
+  found.marker.truncate(kept);
+}
+
+}  // namespace relnav
