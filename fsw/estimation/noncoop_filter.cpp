@@ -10,7 +10,7 @@
 namespace relnav {
 namespace {
 
-constexpr double deg = 0.017453292519943295;
+constexpr double degree = 0.017453292519943295;
 
 /// Pixels from the image border inside which no feature is expected.
 constexpr double image_margin_px = 10.0;
@@ -111,7 +111,7 @@ Status NoncoopFilter::predict(Time time, const Vec3& camera_rate_C) {
 }
 
 void NoncoopFilter::let_features_walk(double dt_s) {
-  const double turned_deg = state_.motion.rate.norm() * dt_s / deg;
+  const double turned_deg = state_.motion.rate.norm() * dt_s / degree;
   const double walk_rad = std::sqrt(config_.feature_walk_px2_per_deg * turned_deg) / camera_.intrinsics().fu;
   const PoseLinearisation pose = model().pose(state_.motion);
   for (std::size_t i = 0; i < state_.features().size(); ++i) {

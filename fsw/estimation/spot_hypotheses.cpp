@@ -9,7 +9,7 @@
 namespace relnav {
 namespace {
 
-constexpr double grazing = 0.05;  // cosine
+constexpr double grazing_cosine = 0.05;
 
 using Mask = SpotField::Mask;
 
@@ -32,7 +32,7 @@ bool count_hits(const SpotScene& scene, std::uint16_t camera, const Pose& pose_K
     if (trial.hits + left < needed) return false;
     --left;
     const TargetFeature& f = features[i];
-    if (!faces(f, centre_T, grazing)) continue;
+    if (!faces(f, centre_T, grazing_cosine)) continue;
     const Vec3 p = pose_K.R_CT * f.p_T + pose_K.t_CT;
     if (!(p.z() > 0.0)) return false;
     const double scale = 1.0 / p.z();
@@ -140,7 +140,7 @@ void SpotTrial::solve(const SpotScene& scene, const MarkerTriples::Triple& tripl
     if (!is_allowed(scene, pose)) continue;
     const Vec3 centre_T = camera_centre_T(pose_K);
     bool seen = true;
-    for (const std::uint8_t m : triple.marker) seen = seen && faces(scene.target.features[m], centre_T, grazing);
+    for (const std::uint8_t m : triple.marker) seen = seen && faces(scene.target.features[m], centre_T, grazing_cosine);
     if (!seen) continue;
     ++effort.poses;
     Trial trial;

@@ -40,7 +40,7 @@ Mat3 damped_inverse(const Mat3& H, double damping) {
   return adjugate / determinant;
 }
 
-MatrixView view_of(Mat<12, 12>& m) { return {m.data(), 12, 12, 12}; }
+MatrixView theta_view(Mat<12, 12>& m) { return {m.data(), 12, 12, 12}; }
 
 }  // namespace
 
@@ -313,8 +313,8 @@ bool StartBundle::solve(const Normal& normal, double damping, Theta& d_theta, Po
   Mat12 S;
   Theta b;
   reduce(normal, damping, S, b);
-  if (cholesky_lower(view_of(S)) != Status::ok) return false;
-  solve_lower(view_of(S), {b.data(), static_cast<std::size_t>(theta_size)});
+  if (cholesky_lower(theta_view(S)) != Status::ok) return false;
+  solve_lower(theta_view(S), {b.data(), static_cast<std::size_t>(theta_size)});
   for (int c = theta_size - 1; c >= 0; --c) {  // L' d = y
     double sum = b(c);
     for (int r = c + 1; r < theta_size; ++r) sum -= S(r, c) * d_theta(r);

@@ -26,7 +26,7 @@ struct Cell {
 };
 
 /// The columns of the matching window among 16.
-constexpr std::array<std::uint8_t, 16> window_columns = [] {
+constexpr std::array<std::uint8_t, 16> spread_columns = [] {
   std::array<std::uint8_t, 16> mask{};
   for (std::size_t i = 0; i < window_side_px; ++i) mask[i] = 0xFF;
   return mask;
@@ -54,7 +54,7 @@ int saturated_pixels(const ImageView& image, int u_px, int v_px) {
   U8x16 counts{};
   for (int v = v_px - window_half_px; v <= v_px + window_half_px; ++v) {
     const U8x16 levels = load<U8x16>(image.at(u_px - window_half_px, v));
-    const U8x16 over = reinterpret_cast<U8x16>(levels >= splat(saturated_level)) & load<U8x16>(window_columns.data());
+    const U8x16 over = reinterpret_cast<U8x16>(levels >= splat(saturated_level)) & load<U8x16>(spread_columns.data());
     counts -= over;
   }
   int count = 0;
@@ -218,7 +218,7 @@ std::int32_t corner_strength(const ImageView& image, int u_px, int v_px) {
     const U8x16 above = load<U8x16>(row - image.stride);
     const U8x16 below = load<U8x16>(row + image.stride);
     const U8x16 usable = reinterpret_cast<U8x16>(max(max(left, right), max(above, below)) < splat(saturated_level)) &
-                         load<U8x16>(window_columns.data());
+                         load<U8x16>(spread_columns.data());
     const U8x16 masked_left = left & usable;
     const U8x16 masked_right = right & usable;
     const U8x16 masked_above = above & usable;

@@ -120,9 +120,9 @@ struct ScoreRow {
 
 /// One scan of the image. `Whole`: every block has 16 pixels to read (else the single block of a narrow region has fewer).
 template <bool Whole>
-class Scan {
+class RowScan {
  public:
-  Scan(const ImageView& image, const FastOptions& options, const PixelRegion& region, Sink& sink)
+  RowScan(const ImageView& image, const FastOptions& options, const PixelRegion& region, Sink& sink)
       : image_(image),
         region_(region),
         threshold_(splat(options.threshold)),
@@ -235,9 +235,9 @@ class Scan {
 
 void scan(const ImageView& image, const FastOptions& options, const PixelRegion& region, Sink& sink) {
   if (region.u1_px - region.u0_px >= lanes) {
-    Scan<true>(image, options, region, sink).run();
+    RowScan<true>(image, options, region, sink).run();
   } else {
-    Scan<false>(image, options, region, sink).run();
+    RowScan<false>(image, options, region, sink).run();
   }
 }
 

@@ -33,7 +33,7 @@ using Vector = SpotNormal::Vector;
 double squared(double x) { return x * x; }
 
 /// Level and scatter of the ring, from its quantiles: a neighbour in the ring does not count.
-struct Ring {
+struct LightRing {
   double level = 0.0;
   double scatter = 0.0;
 };
@@ -116,7 +116,7 @@ class Fit {
     if (!(x_[5] > 0.0)) along_.setZero();
   }
 
-  [[nodiscard]] Ring measure_ring(double radius) const {
+  [[nodiscard]] LightRing measure_ring(double radius) const {
     std::array<double, 128> levels;
     std::size_t count = 0;
     const double inner = squared(radius);
@@ -270,7 +270,7 @@ class Fit {
   const SpotSettings& settings_;
   const SpotSeed& seed_;
   double inverse_s_;
-  Ring ring_{};
+  LightRing ring_{};
   double clutter_variance_ = 0.0;
   double reach_px_ = 0.0;
   Vec2 along_ = Vec2::Zero();  // direction of the path; zero for a spot at rest

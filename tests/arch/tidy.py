@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
 """clang-tidy over the flight code with .clang-tidy: names (the frame rule included) and a small set of likely mistakes."""
+import collections
 import concurrent.futures
 import re
 import shutil
+import tempfile
 
 import common
 
 TOOL = shutil.which("clang-tidy-14") or shutil.which("clang-tidy") or "clang-tidy"
 CONFIG = common.ROOT / ".clang-tidy"
+MOST_FILES = 14  # of a unit
 
 
 def problems_of(command):
@@ -18,11 +21,17 @@ def problems_of(command):
     return lines
 
 
-def tidy(units):
-    """units: (source, compiler flags)."""
-    def one(unit):
-        source, flags = unit
-        return problems_of([TOOL, "--quiet", f"--config-file={CONFIG}", source, "--", *flags])
+def tidy(units, flags):
+    """units: lists of files. What a list has in common is read once: nearly all of the time goes into Eigen's headers."""
+    def one(files):
+        with tempfile.NamedTemporaryFile("w", suffix=".cpp") as unit:
+            unit.writelines(f'#include "{path}"\n' for path in files)
+            unit.flush()
+            lines = problems_of([TOOL, "--quiet", f"--config-file={CONFIG}", unit.name, "--", *flags])
+        if len(files) > 1 and any("[clang-diagnostic-error]" in line for line in lines):
+            half = len(files) // 2  # names of anonymous namespaces may have met
+            return one(files[:half]) + one(files[half:])
+        return lines
     with concurrent.futures.ThreadPoolExecutor(max_workers=2) as pool:
         return sorted({line for lines in pool.map(one, units) for line in lines})
 
@@ -37,10 +46,13 @@ def check(root):
     included = set()
     for path in common.sources(root, ["fsw", "hal"]):
         included |= set(re.findall(r'#include "([^"]+)"', (root / path).read_text()))
-    # Headers come with the sources that include them; one that nobody includes is a unit of its own.
+    # Headers come with the sources that include them, and those that nobody includes stand beside them.
     lone = [path for path in common.sources(root, ["fsw", "hal"], {".hpp"}) if path.as_posix() not in included]
-    problems = tidy([(root / path, flags(root) + (["-xc++"] if path.suffix == ".hpp" else [])) for path in sources + lone])
-    return [problem.replace(str(root) + "/", "") for problem in problems]
+    rooms = collections.defaultdict(list)
+    for path in sources + lone:
+        rooms[path.parent].append(root / path)
+    units = [files[i:i + MOST_FILES] for files in rooms.values() for i in range(0, len(files), MOST_FILES)]
+    return [problem.replace(str(root) + "/", "") for problem in tidy(units, flags(root))]
 
 
 GOOD = """#pragma once
@@ -75,6 +87,9 @@ SEEDS = [
     seed("constant with a k", "max_features", "kMaxFeatures", "'kMaxFeatures'"),
     seed("enumerator in capitals", "standby,", "STANDBY,", "'STANDBY'"),
     seed("macro without prefix", "namespace relnav {\nstruct", "#define HELPER 1\nnamespace relnav {\nstruct", "'HELPER'"),
+    common.Seed("in a source, among names that meet",
+                {"fsw/base/a.cpp": "namespace { constexpr int one = 1; }\nint two() { return 2 * one; }\n",
+                 "fsw/base/b.cpp": "namespace { constexpr int one = 1; }\nint aB() { return one; }\n"}, "'aB'"),
     common.Seed("a header that nobody includes", {"hal/a.hpp": "#pragma once\nstruct wrong_name {};\n"}, "'wrong_name'"),
 ]
 
