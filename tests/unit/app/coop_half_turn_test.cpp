@@ -6,6 +6,7 @@
 
 #include "fsw/app/coop_navigator.hpp"
 #include "platform/host/scripted_clock.hpp"
+#include "tests/support/campaign.hpp"
 #include "tests/support/dense.hpp"
 #include "tests/support/lamp_scene.hpp"
 #include "tests/unit/estimation/spot_simulation.hpp"
@@ -16,7 +17,7 @@ namespace relnav {
 namespace {
 
 constexpr double step_s = 0.2;
-constexpr int frames = 46;  // 9 s
+constexpr int frames = test::campaign(46, 18);  // 9 s
 constexpr double lamp_radius_m = 0.015;
 
 Vec3 on_the_box(Generator& generator) {

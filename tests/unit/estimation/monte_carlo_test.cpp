@@ -5,6 +5,7 @@
 #include <string>
 #include <vector>
 
+#include "tests/support/campaign.hpp"
 #include "tests/support/dense.hpp"
 #include "tests/unit/estimation/filter_run.hpp"
 
@@ -18,16 +19,10 @@
 namespace relnav {
 namespace {
 
-#ifdef RELNAV_SHORT_CAMPAIGNS
 // Sanitizers and emulators see one run a campaign, start and handover included; fifty whole ones would take them minutes.
-constexpr bool statistics = false;
-constexpr int seeds = 1;
-constexpr int frames = 90;
-#else
-constexpr bool statistics = true;
-constexpr int seeds = 50;
-constexpr int frames = 300;
-#endif
+constexpr bool statistics = test::campaign(true, false);
+constexpr int seeds = test::campaign(50, 1);
+constexpr int frames = test::campaign(300, 90);
 constexpr int parts = 6;
 constexpr double dt_s = 0.1;
 constexpr double noise_px = 0.3;

@@ -7,6 +7,7 @@
 #include <memory>
 #include <string>
 
+#include "tests/support/campaign.hpp"
 #include "tests/support/dense.hpp"
 #include "tests/unit/estimation/filter_run.hpp"
 
@@ -15,13 +16,9 @@
 namespace relnav {
 namespace {
 
-#ifdef RELNAV_SHORT_CAMPAIGNS
-constexpr int frames_of_both_charts = 80;
-constexpr std::uint64_t camera_runs = 1;
-#else
-constexpr int frames_of_both_charts = 200;
-constexpr std::uint64_t camera_runs = 3;
-#endif
+constexpr int frames_of_both_charts = test::campaign(200, 40);
+constexpr int warm_up = test::campaign(80, 45);  // frames: started, features in three states
+constexpr std::uint64_t camera_runs = test::campaign<std::uint64_t>(3, 1);
 
 NoncoopConfig near_target() {
   NoncoopConfig c = NoncoopConfig::defaults(MotionKind::rigid_target);
@@ -129,13 +126,14 @@ TEST(NoncoopFilters, a_target_turned_beyond_180_degrees_is_not_lost_when_the_cha
     NoncoopConfig config = near_target();
     config.chart = chart;
     config.rate_sigma_rad_s = 20.0 * test::degree;
-    test::FilterRun run(config, turning_at(Vec3(3.0, 19.5, 2.0)), 0.3, 3, 0.05);
+    constexpr double step_s = test::campaign(0.05, 0.1);
+    test::FilterRun run(config, turning_at(Vec3(3.0, 19.5, 2.0)), 0.3, 3, step_s);
     int switches = 0;
     int least_inliers = 1000;
     double worst = 0.0;
     double jump = 0.0;
     Vec3 error_before = Vec3::Zero();
-    for (int k = 0; k < 320; ++k) {  // 16 s, about 320 deg: past the next switch of either chart
+    for (int k = 0; k * step_s < 16.0; ++k) {  // about 320 deg: past the next switch of either chart
       run.step();
       const RelativeState out = run.filter().output();
       const Vec3 error = run.attitude_error(out);
@@ -144,7 +142,7 @@ TEST(NoncoopFilters, a_target_turned_beyond_180_degrees_is_not_lost_when_the_cha
         jump = std::max(jump, (error - error_before).norm());
       }
       error_before = error;
-      if (k >= 60) worst = std::max(worst, error.norm());
+      if (k * step_s >= 3.0) worst = std::max(worst, error.norm());
       least_inliers = std::min(least_inliers, run.last().inliers);
       CHECK(run.last().status == Status::ok);
       CHECK(test::eigenvalues_of(out.pose_covariance).minCoeff() > 0.0);
@@ -206,7 +204,7 @@ struct Pair {
 TEST(NoncoopFilters, features_walk_with_the_angle_turned) {
   NoncoopConfig config = near_target();
   test::FilterRun run(config, turning_at(Vec3(0.0, 3.0, 0.0)), 0.3, 5, 0.1);
-  for (int k = 0; k < 80; ++k) run.step();
+  for (int k = 0; k < warm_up; ++k) run.step();
   config.feature_walk_px2_per_deg = 0.0;
   Pair pair(run, config);
   FeaturePredictions predictions;
@@ -231,7 +229,7 @@ TEST(NoncoopFilters, features_walk_with_the_angle_turned) {
 TEST(NoncoopFilters, a_match_that_deviates_counts_less) {
   NoncoopConfig config = near_target();
   test::FilterRun run(config, turning_at(Vec3(0.0, 2.0, 0.0)), 0.3, 6, 0.1);
-  for (int k = 0; k < 80; ++k) run.step();
+  for (int k = 0; k < warm_up; ++k) run.step();
   config.robust_sigma = 0.0;
   Pair pair(run, config);
   FeaturePredictions predictions;
@@ -255,7 +253,7 @@ TEST(NoncoopFilters, a_match_that_deviates_counts_less) {
 TEST(NoncoopFilters, same_seed_same_bits) {
   const auto run = [] {
     auto r = std::make_unique<test::FilterRun>(near_target(), turning_at(Vec3(0.5, 2.0, 0.0)), 0.3, 9, 0.1);
-    for (int k = 0; k < 80; ++k) r->step();
+    for (int k = 0; k < warm_up; ++k) r->step();
     return r->filter().output();
   };
   const RelativeState a = run();
@@ -266,7 +264,7 @@ TEST(NoncoopFilters, same_seed_same_bits) {
 
 TEST(NoncoopFilters, wild_matches_are_left_out) {
   test::FilterRun run(near_target(), turning_at(Vec3(0.0, 2.0, 0.5)), 0.3, 4, 0.1);
-  for (int k = 0; k < 80; ++k) run.step();
+  for (int k = 0; k < warm_up; ++k) run.step();
   NoncoopFilter& filter = run.filter();
   run.simulation().advance(0.1);
   CHECK(filter.predict(filter.output().time + Duration{100'000'000}) == Status::ok);

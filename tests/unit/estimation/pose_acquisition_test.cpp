@@ -4,6 +4,7 @@
 #include <cmath>
 #include <cstdio>
 
+#include "tests/support/campaign.hpp"
 #include "tests/support/dense.hpp"
 #include "tests/unit/estimation/pose_samples.hpp"
 
@@ -14,11 +15,7 @@ namespace {
 
 using test::degrees_per_radian;
 
-#ifdef RELNAV_SHORT_CAMPAIGNS
-constexpr int poses = 500;
-#else
-constexpr int poses = 10000;
-#endif
+constexpr int poses = test::campaign(10000, 500);
 
 /// cooperative-mono.md: attitude wrong by more than 5 deg and more than 5 sigma of that view's own bound.
 bool is_failure(const Pose& truth, const Pose& estimate, const Mat6& bound) {

@@ -5,6 +5,7 @@
 #include <cstdio>
 #include <utility>
 
+#include "tests/support/campaign.hpp"
 #include "tests/support/dense.hpp"
 #include "tests/unit/estimation/pose_samples.hpp"
 
@@ -79,7 +80,7 @@ TEST(PoseOutliers, one_to_three_gross_errors_of_eight_are_left_out_and_nothing_e
   test::Normal rng(1);
   for (std::size_t wrong = 1; wrong <= 3; ++wrong) {
     int given_up = 0;
-    constexpr int views = 100;
+    constexpr int views = test::campaign(100, 30);
     for (int k = 0; k < views; ++k) {
       View v = view_of(rng);
       ObservationMask good{};
@@ -105,7 +106,7 @@ TEST(PoseOutliers, one_to_three_gross_errors_of_eight_are_left_out_and_nothing_e
 
 TEST(PoseOutliers, swapped_identities_are_found_from_a_start_far_away) {
   test::Normal rng(2);
-  for (int k = 0; k < 100; ++k) {
+  for (int k = 0; k < test::campaign(100, 30); ++k) {
     View v = view_of(rng);
     const auto a = static_cast<std::size_t>(rng.generator().below(8));
     const std::size_t b = (a + 1 + rng.generator().below(7)) % 8;

@@ -5,6 +5,7 @@
 #include <cstdio>
 
 #include "fsw/estimation/closed_form_covariance.hpp"
+#include "tests/support/campaign.hpp"
 #include "tests/support/dense.hpp"
 #include "tests/unit/estimation/pose_samples.hpp"
 
@@ -15,11 +16,7 @@ namespace {
 
 using test::degrees_per_radian;
 
-#ifdef RELNAV_SHORT_CAMPAIGNS
-constexpr int poses = 200;
-#else
-constexpr int poses = 10000;
-#endif
+constexpr int poses = test::campaign(10000, 200);
 
 CameraRig rig_of(const CameraIntrinsics& camera, double baseline) {
   return test::stereo_rig(camera, camera, test::reference_dcm(Vec3::UnitY(), 0.01), Vec3(baseline, 0.0, 0.0));

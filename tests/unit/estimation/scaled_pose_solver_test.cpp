@@ -6,6 +6,7 @@
 #include <cstdio>
 
 #include "fsw/attitude/so3.hpp"
+#include "tests/support/campaign.hpp"
 #include "tests/support/dense.hpp"
 #include "tests/unit/estimation/pose_samples.hpp"
 
@@ -17,11 +18,7 @@ namespace {
 using test::degrees_per_radian;
 using test::reference_dcm;
 
-#ifdef RELNAV_SHORT_CAMPAIGNS
-constexpr int poses = 200;
-#else
-constexpr int poses = 10000;
-#endif
+constexpr int poses = test::campaign(10000, 200);
 
 struct Setting {
   const char* name;

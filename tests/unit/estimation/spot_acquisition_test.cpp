@@ -3,6 +3,7 @@
 #include <algorithm>
 #include <cmath>
 
+#include "tests/support/campaign.hpp"
 #include "tests/unit/estimation/spot_simulation.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -12,11 +13,7 @@ namespace {
 
 using namespace test;
 
-#ifdef RELNAV_SHORT_CAMPAIGNS
-constexpr int share = 8;  // of the runs; how many must succeed is asked of whole campaigns only
-#else
-constexpr int share = 1;
-#endif
+constexpr int share = test::campaign(1, 8);  // of the runs; how many must succeed is asked of whole campaigns only
 
 SpotAcquisition acquisition;
 AcquiredSpots acquired;

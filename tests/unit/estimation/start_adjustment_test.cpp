@@ -5,6 +5,7 @@
 #include <memory>
 #include <vector>
 
+#include "tests/support/campaign.hpp"
 #include "tests/support/dense.hpp"
 #include "tests/unit/estimation/estimation_samples.hpp"
 
@@ -87,8 +88,9 @@ double greatest(const std::array<double, StartAdjustment::hypothesis_count>& wei
 TEST_GROUP(StartAdjustments){};
 
 TEST(StartAdjustments, recovers_rate_and_depths_of_noise_free_tracks) {
-  const Vec3 rates_deg_s[] = {{0.0, 2.0, 0.0}, {-1.5, 1.0, 0.5}, {1.0, -1.0, -2.0}};
+  const Vec3 rates_deg_s[] = {{1.0, -1.0, -2.0}, {0.0, 2.0, 0.0}, {-1.5, 1.0, 0.5}};
   for (const Vec3& rate_deg_s : rates_deg_s) {
+    if (test::short_campaigns && &rate_deg_s != rates_deg_s) break;
     for (const double bulge : {0.5, -0.5}) {
       for (const std::size_t late : {0U, 6U}) {
         Scene scene(61, bulge);

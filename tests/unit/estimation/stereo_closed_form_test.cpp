@@ -6,6 +6,7 @@
 
 #include "fsw/estimation/closed_form_covariance.hpp"
 #include "fsw/estimation/pose_least_squares.hpp"
+#include "tests/support/campaign.hpp"
 #include "tests/support/dense.hpp"
 #include "tests/unit/estimation/pose_samples.hpp"
 #include "tests/unit/estimation/stereo_reference.hpp"
@@ -307,7 +308,7 @@ TEST(StereoClosedForm, covariance_is_that_of_the_pixels_to_first_order) {
   CHECK(worst < 1e-5);
 }
 
-constexpr int epochs = 1000;
+constexpr int epochs = test::campaign(1000, 100);
 
 struct Consistency {
   double nees = 0.0;

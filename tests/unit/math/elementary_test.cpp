@@ -6,6 +6,7 @@
 
 #include "fsw/base/generator.hpp"
 #include "fsw/math/elementary.hpp"
+#include "tests/support/campaign.hpp"
 #include "tests/unit/math/bits.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -102,11 +103,7 @@ void sweep_neighbours(Worst& worst, F function, R reference, Real step, double l
   }
 }
 
-#ifdef RELNAV_SHORT_CAMPAIGNS
-constexpr int dense_count = 20000;  // long double is software on most targets
-#else
-constexpr int dense_count = 200000;
-#endif
+constexpr int dense_count = test::campaign(200000, 20000);  // long double is software on most targets
 Real sin_ref(Real x) { return std::sin(x); }
 Real cos_ref(Real x) { return std::cos(x); }
 Real tan_ref(Real x) { return std::tan(x); }

@@ -9,6 +9,7 @@
 #include <vector>
 
 #include "fsw/base/generator.hpp"
+#include "tests/support/campaign.hpp"
 #include "tests/support/wide.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -19,11 +20,7 @@ using test::Wide;
 namespace {
 
 constexpr std::uint64_t seed = 161803;
-#ifdef RELNAV_SHORT_CAMPAIGNS
-constexpr int share = 10;  // of the samples
-#else
-constexpr int share = 1;
-#endif
+constexpr int share = test::campaign(1, 10);  // of the samples
 constexpr std::int64_t most = INT64_MAX;
 
 Wide magnitude(std::int64_t raw) { return raw < 0 ? -Wide(raw) : Wide(raw); }

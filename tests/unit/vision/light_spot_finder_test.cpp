@@ -7,6 +7,7 @@
 #include <numbers>
 #include <vector>
 
+#include "tests/support/campaign.hpp"
 #include "tests/support/lamp_scene.hpp"
 #include "tests/unit/vision/test_images.hpp"
 
@@ -15,11 +16,7 @@
 namespace relnav::vision {
 namespace {
 
-#ifdef RELNAV_SHORT_CAMPAIGNS
-constexpr int phases = 25;  // of a spot within a pixel
-#else
-constexpr int phases = 100;
-#endif
+constexpr int phases = test::campaign(100, 25);  // of a spot within a pixel
 
 using test::Lamp;
 using test::view_of;
