@@ -16,7 +16,7 @@
 namespace relnav::vision {
 namespace {
 
-constexpr int phases = test::campaign(100, 25);  // of a spot within a pixel
+constexpr int phases = relnav::test::campaign(100, 25);  // of a spot within a pixel
 
 using test::Lamp;
 using test::view_of;
