@@ -17,7 +17,7 @@ namespace relnav {
 namespace {
 
 constexpr int frames_of_both_charts = test::campaign(200, 40);
-constexpr int warm_up = test::campaign(80, 45);  // frames: started, features in three states
+constexpr int warm_up = test::campaign(80, 45);  // frames
 constexpr std::uint64_t camera_runs = test::campaign<std::uint64_t>(3, 1);
 
 NoncoopConfig near_target() {
@@ -204,7 +204,7 @@ struct Pair {
 TEST(NoncoopFilters, features_walk_with_the_angle_turned) {
   NoncoopConfig config = near_target();
   test::FilterRun run(config, turning_at(Vec3(0.0, 3.0, 0.0)), 0.3, 5, 0.1);
-  for (int k = 0; k < warm_up; ++k) run.step();
+  for (int k = 0; k < 80; ++k) run.step();
   config.feature_walk_px2_per_deg = 0.0;
   Pair pair(run, config);
   FeaturePredictions predictions;
@@ -229,7 +229,7 @@ TEST(NoncoopFilters, features_walk_with_the_angle_turned) {
 TEST(NoncoopFilters, a_match_that_deviates_counts_less) {
   NoncoopConfig config = near_target();
   test::FilterRun run(config, turning_at(Vec3(0.0, 2.0, 0.0)), 0.3, 6, 0.1);
-  for (int k = 0; k < warm_up; ++k) run.step();
+  for (int k = 0; k < 80; ++k) run.step();
   config.robust_sigma = 0.0;
   Pair pair(run, config);
   FeaturePredictions predictions;
