@@ -70,7 +70,7 @@ struct StepReport {
   std::uint8_t torn_camera = 0;
   std::int32_t torn_row_px = 0;  ///< where that part begins
   std::uint16_t late_spots = 0;  ///< that tell so
-  double test_ratio = 0.0;            ///< normalised innovation squared / its 99 % bound
+  double test_ratio = 0.0;       ///< normalised innovation squared / its 99 % bound
   BoundedVector<FeatureReport, config::max_features> feature_reports;
   StageTimes times;
 };
