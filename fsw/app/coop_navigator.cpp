@@ -255,17 +255,52 @@ void CoopNavigator::remember_markers(std::span<const CameraImage> images) {
   }
 }
 
+void CoopNavigator::drop_late_spots(const Tear& tear, StepReport& report) {
+  drop_late_side(tear, assignment_);
+  report.torn = true;
+  report.torn_camera = static_cast<std::uint8_t>(tear.camera);
+  report.torn_row_px = static_cast<std::int32_t>(tear.row_px);
+  report.late_spots = tear.late;
+}
+
 void CoopNavigator::drop_torn_parts(std::span<const CameraImage> images, StepReport& report) {
   for (std::size_t c = 0; c < images.size(); ++c) {
     Tear tear;
     const auto camera = static_cast<std::uint16_t>(c);
-    if (!find_tear(markers_before_, markers_, spots_[c], camera, config_.tear, tear)) continue;
-    drop_late_side(tear, assignment_);
-    report.torn = true;
-    report.torn_camera = static_cast<std::uint8_t>(c);
-    report.torn_row_px = static_cast<std::int32_t>(tear.row_px);
-    report.late_spots = tear.late;
+    if (find_tear(markers_before_, markers_, spots_[c], camera, config_.tear, tear)) drop_late_spots(tear, report);
   }
+}
+
+bool CoopNavigator::drop_torn_outliers(std::span<const CameraImage> images, StepReport& report) {
+  for (std::size_t c = 0; c < images.size(); ++c) {
+    Tear tear;
+    const auto camera = static_cast<std::uint16_t>(c);
+    if (find_tear_by_outliers(markers_before_, markers_, assignment_, solution_.used, camera, config_.tear, tear)) {
+      drop_late_spots(tear, report);
+      return true;
+    }
+  }
+  return false;
+}
+
+Status CoopNavigator::update(std::span<const CameraImage> images, const Pose& predicted, Time time,
+                             StepReport& report) {
+  if (assignment_.observations.size() < config_.min_observations) return update_from_few(images, report);
+  Status status = estimator_.solve(assignment_.observations, &predicted, solution_);
+  if (status == Status::ok && drop_torn_outliers(images, report)) {
+    solution_.used.fill(false);
+    if (assignment_.observations.size() < config_.min_observations) return update_from_few(images, report);
+    status = estimator_.solve(assignment_.observations, &predicted, solution_);
+  }
+  if (status == Status::ok) status = filter_.update(solution_.estimate);
+  if (status == Status::ok) {
+    look_at_sights(images, report);
+    take(time, report);
+  } else {
+    solution_.used.fill(false);
+    report_markers(report);
+  }
+  return status;
 }
 
 Status CoopNavigator::track(std::span<const CameraImage> images, Time time, StepReport& report) {
@@ -282,19 +317,7 @@ Status CoopNavigator::track(std::span<const CameraImage> images, Time time, Step
 
   solution_.used.fill(false);
   report.state = filter_.output();
-  if (assignment_.observations.size() < config_.min_observations) {
-    status = update_from_few(images, report);
-  } else {
-    status = estimator_.solve(assignment_.observations, &predicted, solution_);
-    if (status == Status::ok) status = filter_.update(solution_.estimate);
-    if (status == Status::ok) {
-      look_at_sights(images, report);
-      take(time, report);
-    } else {
-      solution_.used.fill(false);
-      report_markers(report);
-    }
-  }
+  status = update(images, predicted, time, report);
   report.times.update_ns += timer.lap();
   return status;
 }

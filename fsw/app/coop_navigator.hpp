@@ -73,8 +73,11 @@ class CoopNavigator final : public Navigator {
                            StepReport& report);
   /// Where the filter has its markers, before it goes on to this frame.
   void remember_markers(std::span<const CameraImage> images);
-  /// Takes out what still shows the frame before.
+  /// Take out what still shows the frame before: what spots tell by themselves, then what a pose has left out. True: some.
   void drop_torn_parts(std::span<const CameraImage> images, StepReport& report);
+  bool drop_torn_outliers(std::span<const CameraImage> images, StepReport& report);
+  void drop_late_spots(const Tear& tear, StepReport& report);
+  Status update(std::span<const CameraImage> images, const Pose& predicted, Time time, StepReport& report);
   /// Too few for a pose of their own: they correct the predicted one. inconsistent: none of them fits it.
   Status update_from_few(std::span<const CameraImage> images, StepReport& report);
   /// Which markers are in sight of the cameras that gave a whole image, by the pose just solved.

@@ -1,6 +1,8 @@
 #include "fsw/estimation/torn_image.hpp"
 
 #include <algorithm>
+#include <cmath>
+#include <utility>
 
 namespace relnav {
 namespace {
@@ -17,11 +19,57 @@ struct Extent {
   }
 };
 
-const ExpectedMarker* find_marker(const ExpectedMarkers& markers, const ExpectedMarker& like) {
+template <typename Marker>
+const ExpectedMarker* find_marker(const ExpectedMarkers& markers, const Marker& like) {
   for (const ExpectedMarker& m : markers) {
     if (m.feature == like.feature && m.camera == like.camera) return &m;
   }
   return nullptr;
+}
+
+/// An observation held against where its marker was in the frame before.
+struct Held {
+  double v_px = 0.0;
+  double chi2 = 0.0;   ///< of the spot's offset from there
+  double moved = 0.0;  ///< of the marker's motion since
+};
+using HeldByRow = BoundedVector<Held, config::max_target_features>;
+
+/// Rows rise.
+void insert(const Held& held, HeldByRow& all) {
+  if (all.push_back(held) != Status::ok) return;  // as many places as markers: cannot be
+  for (std::size_t i = all.size() - 1; i > 0 && all[i].v_px < all[i - 1].v_px; --i) std::swap(all[i], all[i - 1]);
+}
+
+/// Of all.begin() + first, `count` of them.
+struct Side {
+  Extent rows;
+  double chi2 = 0.0;
+  double moved = 0.0;
+  Side(const HeldByRow& all, std::size_t first, std::size_t count) {
+    for (std::size_t i = first; i < first + count; ++i) {
+      rows.add(all[i].v_px);
+      chi2 += all[i].chi2;
+      moved += all[i].moved;
+    }
+  }
+  /// Chi-square has 2 degrees of freedom a spot: mean 2 n, variance 4 n.
+  [[nodiscard]] bool stands_still(double alarm_z) const {
+    const double n = rows.count;
+    return chi2 < 2.0 * n + alarm_z * std::sqrt(4.0 * n);
+  }
+};
+
+/// False: the rows of the two overlap.
+bool set_tear(std::uint16_t camera, const Extent& late, const Extent& fresh, Tear& out) {
+  const bool late_below = late.least_px > fresh.most_px;
+  if (!late_below && !(late.most_px < fresh.least_px)) return false;
+  out.camera = camera;
+  out.row_px = 0.5 * (late_below ? late.least_px + fresh.most_px : late.most_px + fresh.least_px);
+  out.late_below = late_below;
+  out.late = late.count;
+  out.fresh = fresh.count;
+  return true;
 }
 
 /// The spot that stands nearest to a marker.
@@ -67,14 +115,43 @@ bool find_tear(const ExpectedMarkers& before, const ExpectedMarkers& now, const 
     }
   }
   if (late.count < settings.least_late || fresh.count == 0) return false;
-  const bool late_below = late.least_px > fresh.most_px;
-  if (!late_below && !(late.most_px < fresh.least_px)) return false;
-  out.camera = camera;
-  out.row_px = 0.5 * (late_below ? late.least_px + fresh.most_px : late.most_px + fresh.least_px);
-  out.late_below = late_below;
-  out.late = late.count;
-  out.fresh = fresh.count;
-  return true;
+  return set_tear(camera, late, fresh, out);
+}
+
+bool find_tear_by_outliers(const ExpectedMarkers& before, const ExpectedMarkers& now, const SpotAssignment& found,
+                           const ObservationMask& used, std::uint16_t camera, const TearSettings& settings, Tear& out) {
+  const auto least = static_cast<std::size_t>(settings.least_late);
+  HeldByRow all;
+  std::size_t left_out = 0;
+  for (std::size_t i = 0; i < found.observations.size(); ++i) {
+    const PoseObservation& o = found.observations[i];
+    const ExpectedMarker* then = o.camera == camera ? find_marker(before, o) : nullptr;
+    if (then == nullptr) continue;
+    if (!used[i]) ++left_out;
+    const double noise2 = o.sigma_px * o.sigma_px + settings.model_sigma_px * settings.model_sigma_px;
+    const Vec2 motion = now[found.marker[i]].uv_px - then->uv_px;
+    insert({o.uv_px(1), mahalanobis2(o.uv_px - then->uv_px, then->S_px2, noise2),
+            mahalanobis2(motion, then->S_px2, noise2)},
+           all);
+  }
+  if (left_out < least) return false;
+  bool any = false;
+  double most = 0.0;
+  for (std::size_t late = all.size(); late >= least; --late) {
+    const std::size_t fresh = all.size() - late;
+    if (fresh < least) continue;
+    for (const bool late_below : {true, false}) {
+      const Side old(all, late_below ? fresh : 0, late);
+      const Side young(all, late_below ? 0 : late, fresh);
+      const double score = settings.gate_chi2 * static_cast<double>(late) - old.chi2;
+      if (score > most && old.moved >= settings.moved_chi2 && old.stands_still(settings.alarm_z) &&
+          !young.stands_still(settings.alarm_z) && set_tear(camera, old.rows, young.rows, out)) {
+        any = true;
+        most = score;
+      }
+    }
+  }
+  return any;
 }
 
 void drop_late_side(const Tear& tear, SpotAssignment& found) {

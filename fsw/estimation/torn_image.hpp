@@ -1,4 +1,5 @@
 #pragma once
+#include "fsw/estimation/pose_least_squares.hpp"
 #include "fsw/estimation/spot_tracking.hpp"
 
 namespace relnav {
@@ -9,6 +10,7 @@ struct TearSettings {
   double model_sigma_px = 0.1;  ///< of spots and markers, added to where the filter says that a marker was
   double prediction_sigma_px = 0.7;  ///< and to where it says that one is now: targets do not move quite like that
   int least_late = 2;                ///< spots of the frame before; a single one is an outlier like any other
+  double alarm_z = 4.0;              ///< chi-square of a side beyond so many sigmas: it is not where it was before
 };
 
 /// Where the image of a camera changes from one moment to another.
@@ -27,6 +29,14 @@ struct Tear {
 /// lies above or below all markers cannot be told from a late frame.
 [[nodiscard]] bool find_tear(const ExpectedMarkers& before, const ExpectedMarkers& now, const LightSpots& spots,
                              std::uint16_t camera, const TearSettings& settings, Tear& out);
+
+/// The same where the motion is too small for single spots to tell, or known too loosely: a pose was found that left out
+/// two observations of `camera` at least. The side of a row counts as late that as a whole stands where its markers were in the
+/// frame before although they should have moved, if two spots at least on the other side do not; of several rows, the one
+/// with most spots that do (each for gate_chi2 less its own).
+[[nodiscard]] bool find_tear_by_outliers(const ExpectedMarkers& before, const ExpectedMarkers& now,
+                                         const SpotAssignment& found, const ObservationMask& used, std::uint16_t camera,
+                                         const TearSettings& settings, Tear& out);
 
 /// Takes the observations of the late side out.
 void drop_late_side(const Tear& tear, SpotAssignment& found);

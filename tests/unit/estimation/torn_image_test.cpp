@@ -121,6 +121,40 @@ TEST(TornImage, a_loose_prediction_holds_both_places_and_the_nearer_one_counts) 
   LONGS_EQUAL(2, tear.fresh);
 }
 
+TEST(TornImage, motion_too_small_for_a_spot_shows_in_what_a_pose_leaves_out) {
+  // 0.8 px, less than eight sigma of the difference; the pose has gone by the late side, or by the fresh one.
+  const Vec2 little(0.7, -0.4);
+  for (int i = 0; i < 3; ++i) add(10.0 * i, little, Vec2(0.05, 0.0));
+  for (int i = 5; i < 8; ++i) add(10.0 * i, little, Vec2(-little + Vec2(0.0, 0.05)));
+  CHECK_FALSE(find());
+  for (const bool late_used : {true, false}) {
+    ObservationMask used{};
+    for (std::size_t i = 0; i < 6; ++i) used[i] = (i >= 3) == late_used;
+    CHECK_TRUE(find_tear_by_outliers(before, now, found, used, 0, settings, tear));
+    CHECK_TRUE(tear.late_below);
+    LONGS_EQUAL(3, tear.late);
+    DOUBLES_EQUAL(35.2, tear.row_px, 0.1);
+  }
+  ObservationMask all_but_one{};
+  for (std::size_t i = 0; i < 5; ++i) all_but_one[i] = true;
+  CHECK_FALSE(find_tear_by_outliers(before, now, found, all_but_one, 0, settings, tear));
+}
+
+TEST(TornImage, outliers_that_are_nowhere_are_no_tear) {
+  for (int i = 0; i < 4; ++i) add(10.0 * i, motion_px, Vec2(0.05, 0.0));
+  for (int i = 5; i < 7; ++i) add(10.0 * i, motion_px, Vec2(3.0, 2.0));
+  ObservationMask used{};
+  for (std::size_t i = 0; i < 4; ++i) used[i] = true;
+  CHECK_FALSE(find_tear_by_outliers(before, now, found, used, 0, settings, tear));
+}
+
+TEST(TornImage, of_a_target_at_rest_nothing_can_be_late) {
+  for (int i = 0; i < 6; ++i) add(10.0 * i, Vec2(0.0, 0.0), Vec2(0.05, 0.0));
+  ObservationMask used{};
+  for (std::size_t i = 0; i < 3; ++i) used[i] = true;
+  CHECK_FALSE(find_tear_by_outliers(before, now, found, used, 0, settings, tear));
+}
+
 TEST(TornImage, a_marker_with_spots_at_both_places_says_nothing) {
   add_fresh(10.0);
   add_late(20.0);
