@@ -74,6 +74,7 @@ void CoopNavigator::restart() {
   filter_.restart();
   restart_search();
   sights_.restart();
+  was_torn_ = false;
 }
 
 void CoopNavigator::restart_search() {
@@ -257,6 +258,7 @@ void CoopNavigator::remember_markers(std::span<const CameraImage> images) {
 
 void CoopNavigator::drop_late_spots(const Tear& tear, StepReport& report) {
   drop_late_side(tear, assignment_);
+  tear_ = tear;
   report.torn = true;
   report.torn_camera = static_cast<std::uint8_t>(tear.camera);
   report.torn_row_px = static_cast<std::int32_t>(tear.row_px);
@@ -273,9 +275,14 @@ void CoopNavigator::drop_torn_parts(std::span<const CameraImage> images, StepRep
 
 bool CoopNavigator::drop_torn_outliers(std::span<const CameraImage> images, StepReport& report) {
   for (std::size_t c = 0; c < images.size(); ++c) {
-    Tear tear;
+    Tear tear = tear_;
     const auto camera = static_cast<std::uint16_t>(c);
-    if (find_tear_by_outliers(markers_before_, markers_, assignment_, solution_.used, camera, config_.tear, tear)) {
+    // With half of the markers gone in the frame before, nothing is known well enough to tell anew: the tear stays where it was
+    // until the image is of one moment again.
+    const bool goes_on = was_torn_ && tear_.camera == camera &&
+                         has_outliers(assignment_.observations, solution_.used, camera, config_.tear);
+    if (goes_on ||
+        find_tear_by_outliers(markers_before_, markers_, assignment_, solution_.used, camera, config_.tear, tear)) {
       drop_late_spots(tear, report);
       return true;
     }
@@ -318,6 +325,7 @@ Status CoopNavigator::track(std::span<const CameraImage> images, Time time, Step
   solution_.used.fill(false);
   report.state = filter_.output();
   status = update(images, predicted, time, report);
+  was_torn_ = report.torn;
   report.times.update_ns += timer.lap();
   return status;
 }

@@ -53,10 +53,14 @@ struct Side {
       moved += all[i].moved;
     }
   }
+  [[nodiscard]] bool stands_still(double alarm_z) const { return chi2 < most_of_noise(alarm_z); }
+  [[nodiscard]] bool should_have_moved(double alarm_z) const { return moved > most_of_noise(alarm_z); }
+
+ private:
   /// Chi-square has 2 degrees of freedom a spot: mean 2 n, variance 4 n.
-  [[nodiscard]] bool stands_still(double alarm_z) const {
+  [[nodiscard]] double most_of_noise(double alarm_z) const {
     const double n = rows.count;
-    return chi2 < 2.0 * n + alarm_z * std::sqrt(4.0 * n);
+    return 2.0 * n + alarm_z * std::sqrt(4.0 * n);
   }
 };
 
@@ -118,23 +122,30 @@ bool find_tear(const ExpectedMarkers& before, const ExpectedMarkers& now, const 
   return set_tear(camera, late, fresh, out);
 }
 
+bool has_outliers(const PoseObservations& observations, const ObservationMask& used, std::uint16_t camera,
+                  const TearSettings& settings) {
+  int left_out = 0;
+  for (std::size_t i = 0; i < observations.size(); ++i) {
+    if (observations[i].camera == camera && !used[i]) ++left_out;
+  }
+  return left_out >= settings.least_late;
+}
+
 bool find_tear_by_outliers(const ExpectedMarkers& before, const ExpectedMarkers& now, const SpotAssignment& found,
                            const ObservationMask& used, std::uint16_t camera, const TearSettings& settings, Tear& out) {
+  if (!has_outliers(found.observations, used, camera, settings)) return false;
   const auto least = static_cast<std::size_t>(settings.least_late);
   HeldByRow all;
-  std::size_t left_out = 0;
   for (std::size_t i = 0; i < found.observations.size(); ++i) {
     const PoseObservation& o = found.observations[i];
     const ExpectedMarker* then = o.camera == camera ? find_marker(before, o) : nullptr;
     if (then == nullptr) continue;
-    if (!used[i]) ++left_out;
     const double noise2 = o.sigma_px * o.sigma_px + settings.model_sigma_px * settings.model_sigma_px;
     const Vec2 motion = now[found.marker[i]].uv_px - then->uv_px;
     insert({o.uv_px(1), mahalanobis2(o.uv_px - then->uv_px, then->S_px2, noise2),
             mahalanobis2(motion, then->S_px2, noise2)},
            all);
   }
-  if (left_out < least) return false;
   bool any = false;
   double most = 0.0;
   for (std::size_t late = all.size(); late >= least; --late) {
@@ -144,7 +155,7 @@ bool find_tear_by_outliers(const ExpectedMarkers& before, const ExpectedMarkers&
       const Side old(all, late_below ? fresh : 0, late);
       const Side young(all, late_below ? 0 : late, fresh);
       const double score = settings.gate_chi2 * static_cast<double>(late) - old.chi2;
-      if (score > most && old.moved >= settings.moved_chi2 && old.stands_still(settings.alarm_z) &&
+      if (score > most && old.should_have_moved(settings.alarm_z) && old.stands_still(settings.alarm_z) &&
           !young.stands_still(settings.alarm_z) && set_tear(camera, old.rows, young.rows, out)) {
         any = true;
         most = score;

@@ -5,12 +5,13 @@
 namespace relnav {
 
 struct TearSettings {
-  double gate_chi2 = 16.0;      ///< two degrees of freedom, 3e-4: of a spot that stands where a marker is said to be
-  double moved_chi2 = 64.0;     ///< of a marker's motion since the frame before: less does not tell two moments apart
-  double model_sigma_px = 0.1;  ///< of spots and markers, added to where the filter says that a marker was
+  double gate_chi2 = 16.0;  ///< two degrees of freedom, 3e-4: of a spot that stands where a marker is said to be
+  double moved_chi2 =
+      64.0;  ///< of a single marker's motion since the frame before: less does not tell two moments apart
+  double model_sigma_px = 0.1;       ///< of spots and markers, added to where the filter says that a marker was
   double prediction_sigma_px = 0.7;  ///< and to where it says that one is now: targets do not move quite like that
   int least_late = 2;                ///< spots of the frame before; a single one is an outlier like any other
-  double alarm_z = 4.0;              ///< chi-square of a side beyond so many sigmas: it is not where it was before
+  double alarm_z = 4.0;              ///< chi-square of a side beyond so many sigmas is no noise
 };
 
 /// Where the image of a camera changes from one moment to another.
@@ -30,10 +31,14 @@ struct Tear {
 [[nodiscard]] bool find_tear(const ExpectedMarkers& before, const ExpectedMarkers& now, const LightSpots& spots,
                              std::uint16_t camera, const TearSettings& settings, Tear& out);
 
-/// The same where the motion is too small for single spots to tell, or known too loosely: a pose was found that left out
-/// two observations of `camera` at least. The side of a row counts as late that as a whole stands where its markers were in the
-/// frame before although they should have moved, if two spots at least on the other side do not; of several rows, the one
-/// with most spots that do (each for gate_chi2 less its own).
+/// A pose left out so many observations of `camera` that its image may be torn.
+[[nodiscard]] bool has_outliers(const PoseObservations& observations, const ObservationMask& used, std::uint16_t camera,
+                                const TearSettings& settings);
+
+/// find_tear() where the motion is too small for single spots to tell, or known too loosely, and a pose has_outliers(). The
+/// side of a row counts as late that as a whole stands where its markers were in the frame before although they should have
+/// moved, if two spots at least on the other side do not; of several rows, the one with most spots that do (each for gate_chi2
+/// less its own).
 [[nodiscard]] bool find_tear_by_outliers(const ExpectedMarkers& before, const ExpectedMarkers& now,
                                          const SpotAssignment& found, const ObservationMask& used, std::uint16_t camera,
                                          const TearSettings& settings, Tear& out);
