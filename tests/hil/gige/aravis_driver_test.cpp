@@ -109,13 +109,14 @@ TEST(AravisDriver, LostFramesAreGapsAndLostPacketsIncompleteFrames) {
   play.faults = {hil::parse_fault("lost@10:3"), hil::parse_fault("packets@30:1:200")};
   ServedCamera camera(source, play);
   open(settings_for(640, 480));
-  std::vector<std::uint32_t> damaged;
+  int damaged = 0;  // it bears no number
   std::vector<std::uint32_t> good;
   while (true) {
     RawImage image;
     if (driver.take(long_wait, image) != Status::ok) break;
-    (image.complete ? good : damaged).push_back(image.sequence);
+    damaged += image.complete ? 0 : 1;
     if (image.complete) {
+      good.push_back(image.sequence);
       CHECK_TRUE(same_bytes(image, *source.image(image.sequence)));
       CHECK_EQUAL(image.sequence, source.index_of(image.stamp));
     }
@@ -130,8 +131,7 @@ TEST(AravisDriver, LostFramesAreGapsAndLostPacketsIncompleteFrames) {
     CHECK_TRUE(std::find(good.begin(), good.end(), sequence) == good.end());
   CHECK_TRUE(std::is_sorted(good.begin(), good.end()));
   CHECK_EQUAL(56, good.size());
-  CHECK_EQUAL(1, damaged.size());
-  for (const std::uint32_t sequence : damaged) CHECK_EQUAL(30, sequence);
+  CHECK_EQUAL(1, damaged);
   CHECK_EQUAL(0, driver.underruns());
 }
 
