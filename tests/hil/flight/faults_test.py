@@ -6,6 +6,7 @@ import rig
 
 RATE_HZ = 20.0
 FIRST = 25  # frame of the fault: the target is tracked long since
+MOST_RAD = 0.02
 AFTER = 10  # packets of the state that are looked at after the first measured one
 # A pendulum's acceleration is more than the loop expects unless told.
 MORE = "cooperative: {acceleration_psd: 50, angular_psd: 10}\nloop: {event_spacing_frames: 1, health_every_frames: 1}\n"
@@ -15,9 +16,9 @@ class Case:
     """What is injected, the event that is due, how long the fault itself takes (frames), and the most that a pose may be late
     after it (s) and off in attitude (rad) while it is called valid."""
 
-    def __init__(self, fault, event, frames, within_s=4.0, jump_s=0.0, most_rad=0.02):
+    def __init__(self, fault, event, frames, within_s=4.0, jump_s=0.0):
         self.fault, self.event, self.frames, self.within_s = fault, event, frames, within_s
-        self.jump_ns, self.most_rad = round(jump_s * 1e9), most_rad
+        self.jump_ns = round(jump_s * 1e9)
 
 
 CASES = [
@@ -36,14 +37,14 @@ CASES = [
 ]
 
 
-def judge(state, truth, most_rad):
+def judge(state, truth):
     """What is wrong with a pose that is called valid; None: nothing. Five sigma of the packet's own covariance, or what is no
-    worse than 2 % of the range and `most_rad`."""
+    worse than 2 % of the range and MOST_RAD."""
     if truth is None:
         return "no frame has this stamp"
     distance, angle, sigma_t, sigma_phi = rig.pose_error(state, truth)
     range_m = sum(x * x for x in truth[0]) ** 0.5
-    if distance > max(5.0 * sigma_t, 0.02 * range_m) or angle > max(5.0 * sigma_phi, most_rad):
+    if distance > max(5.0 * sigma_t, 0.02 * range_m) or angle > max(5.0 * sigma_phi, MOST_RAD):
         return f"off by {distance:.3f} m (sigma {sigma_t:.3f}), {angle:.4f} rad (sigma {sigma_phi:.4f})"
     return None
 
@@ -81,7 +82,7 @@ class Faults(unittest.TestCase):
         packets = self.fly(case, folder, capture)
         states = [p for p in packets if p.kind == rig.REL_STATE]
         wrong = [f"frame {s.frame_sequence}: {problem}" for s in states if s.pose_valid
-                 for problem in [judge(s, capture.pose_at(self.original_ns(s, case)), case.most_rad)] if problem]
+                 for problem in [judge(s, capture.pose_at(self.original_ns(s, case)))] if problem]
         self.assertEqual(wrong, [], case.fault)
         begin_ns = self.served_ns(capture, FIRST)
         end_ns = self.served_ns(capture, FIRST + case.frames)
