@@ -28,6 +28,8 @@ constexpr int work_of_a_spot = 22;
 /// in them is fitted more closely.
 constexpr int wide_window_px = 2000;
 constexpr std::size_t least_windows = 6;
+/// Frames in which a tear, once found, is taken for granted.
+constexpr int most_torn_frames = 10;
 
 bool are_wide(std::span<const vision::PixelRegion> windows) {
   int covered_px = 0;
@@ -74,7 +76,7 @@ void CoopNavigator::restart() {
   filter_.restart();
   restart_search();
   sights_.restart();
-  was_torn_ = false;
+  torn_frames_ = 0;
 }
 
 void CoopNavigator::restart_search() {
@@ -278,8 +280,8 @@ bool CoopNavigator::drop_torn_outliers(std::span<const CameraImage> images, Step
     Tear tear = tear_;
     const auto camera = static_cast<std::uint16_t>(c);
     // With half of the markers gone in the frame before, nothing is known well enough to tell anew: the tear stays where it was
-    // until the image is of one moment again.
-    const bool goes_on = was_torn_ && tear_.camera == camera &&
+    // until the image is of one moment again. Not for ever: outliers may have another cause.
+    const bool goes_on = torn_frames_ > 0 && torn_frames_ < most_torn_frames && tear_.camera == camera &&
                          has_outliers(assignment_.observations, solution_.used, camera, config_.tear);
     if (goes_on ||
         find_tear_by_outliers(markers_before_, markers_, assignment_, solution_.used, camera, config_.tear, tear)) {
@@ -325,7 +327,7 @@ Status CoopNavigator::track(std::span<const CameraImage> images, Time time, Step
   solution_.used.fill(false);
   report.state = filter_.output();
   status = update(images, predicted, time, report);
-  was_torn_ = report.torn;
+  torn_frames_ = report.torn ? std::min(torn_frames_ + 1, most_torn_frames) : 0;
   report.times.update_ns += timer.lap();
   return status;
 }

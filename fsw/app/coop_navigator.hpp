@@ -101,8 +101,8 @@ class CoopNavigator final : public Navigator {
   SpotAssignment agreeing_;
   CooperativeSolution solution_;
   AcquiredSpots acquired_;
-  Tear tear_;              ///< the latest
-  bool was_torn_ = false;  ///< the frame before
+  Tear tear_;            ///< the latest
+  int torn_frames_ = 0;  ///< in a row, up to the frame before
   enum class Search : std::uint8_t { none, running, found };
   Search search_ = Search::none;
   Time looked_at_;              ///< of the spots that are or were searched

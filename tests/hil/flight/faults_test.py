@@ -6,7 +6,7 @@ import rig
 
 RATE_HZ = 20.0
 FIRST = 25  # frame of the fault: the target is tracked long since
-MOST_RAD = 0.02
+MOST_RAD = 0.02  # that a pose called valid may be off in attitude however small its sigma
 AFTER = 10  # packets of the state that are looked at after the first measured one
 # A pendulum's acceleration is more than the loop expects unless told.
 MORE = "cooperative: {acceleration_psd: 50, angular_psd: 10}\nloop: {event_spacing_frames: 1, health_every_frames: 1}\n"
@@ -14,7 +14,7 @@ MORE = "cooperative: {acceleration_psd: 50, angular_psd: 10}\nloop: {event_spaci
 
 class Case:
     """What is injected, the event that is due, how long the fault itself takes (frames), and the most that a pose may be late
-    after it (s) and off in attitude (rad) while it is called valid."""
+    after it (s)."""
 
     def __init__(self, fault, event, frames, within_s=4.0, jump_s=0.0):
         self.fault, self.event, self.frames, self.within_s = fault, event, frames, within_s
