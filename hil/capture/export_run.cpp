@@ -1,7 +1,6 @@
 #include "hil/capture/export_run.hpp"
 
 #include <filesystem>
-#include <fstream>
 #include <set>
 
 #include "hil/replay/output_file.hpp"
@@ -25,14 +24,6 @@ std::string frames_row(const hal::raw::FrameHeader& h) {
                      static_cast<unsigned long>(h.sequence), static_cast<long long>(h.exposure_ns), h.gain,
                      static_cast<long long>(h.first_data_ns), static_cast<long long>(h.dequeued_ns), name_of(h.clock),
                      static_cast<unsigned>(h.status));
-}
-
-void write_png(const std::string& path, const Image& image) {
-  const std::vector<std::uint8_t> bytes = encode_png(image, PngEffort::fast);
-  std::ofstream file(path, std::ios::binary);
-  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
-  file.close();
-  if (!file) throw InputError(path, 0, "cannot be written", "room and permission to write");
 }
 
 /// Why a frame is left out; empty: it is good, and `image` is it.

@@ -27,5 +27,7 @@ enum class PngEffort : std::uint8_t {
 
 /// PNG bytes of a grey image. Throws std::runtime_error.
 [[nodiscard]] std::vector<std::uint8_t> encode_png(const Image& image, PngEffort effort = PngEffort::small);
+/// Into a file, fast. Throws InputError: it cannot be written.
+void write_png(const std::string& path, const Image& image);
 
 }  // namespace relnav::hil

@@ -3,6 +3,7 @@
 namespace relnav::hil {
 
 Image load_image(const ImageEntry& entry) {
+  if (entry.image) return *entry.image;
   return entry.container ? entry.container->image(entry.frame) : read_png(entry.path);
 }
 

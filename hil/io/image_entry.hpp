@@ -9,13 +9,14 @@
 
 namespace relnav::hil {
 
-/// One captured image: when, and where it lies.
+/// One image: when, and where it lies.
 struct ImageEntry {
   Time time;
   std::string path;                                               ///< of the image file or of the raw container
   int line = 0;                                                   ///< in data.csv
   std::shared_ptr<const RawContainerReader> container = nullptr;  ///< null: an image file
   std::size_t frame = 0;                                          ///< in `container`
+  std::shared_ptr<const Image> image = nullptr;                   ///< one that lies nowhere else, such as a rendered one
 };
 
 /// Throws InputError: missing or damaged.

@@ -184,4 +184,12 @@ std::vector<std::uint8_t> encode_png(const Image& image, PngEffort effort) {
   return std::move(encoder.bytes);
 }
 
+void write_png(const std::string& path, const Image& image) {
+  const std::vector<std::uint8_t> bytes = encode_png(image, PngEffort::fast);
+  std::ofstream file(path, std::ios::binary);
+  file.write(reinterpret_cast<const char*>(bytes.data()), static_cast<std::streamsize>(bytes.size()));
+  file.close();
+  if (!file) throw InputError(path, 0, "cannot be written", "room and permission to write");
+}
+
 }  // namespace relnav::hil

@@ -9,6 +9,7 @@
 #include "hal/clock.hpp"
 #include "hil/io/image.hpp"
 #include "hil/io/image_entry.hpp"
+#include "hil/replay/run_camera.hpp"
 
 namespace relnav::hil {
 
@@ -25,7 +26,7 @@ enum class Depth : std::uint8_t {
 /// Camera over the images of a data set, in their order there: mid_exposure is the stamp that they have there (of
 /// ClockId::device: the recording's own clock), sequence the row. An image that is missing, damaged or of another size is
 /// answered with incomplete, once; problem() then says why, and the next call goes on.
-class ReplayCamera final : public hal::Camera {
+class ReplayCamera final : public hal::Camera, public RunCamera {
  public:
   ReplayCamera(std::vector<ImageEntry> entries, std::uint32_t width_px, std::uint32_t height_px, hal::Clock& clock,
                Pace pace = Pace::max, Depth depth = Depth::eight_bits);
@@ -36,16 +37,12 @@ class ReplayCamera final : public hal::Camera {
   Status stop() override;
   [[nodiscard]] std::uint32_t max_leases() const override { return static_cast<std::uint32_t>(slots_.size()); }
 
-  [[nodiscard]] std::size_t frames_listed() const { return entries_.size(); }
+  [[nodiscard]] std::size_t frames_listed() const override { return entries_.size(); }
   [[nodiscard]] bool exhausted() const { return next_ == entries_.size(); }
-  /// Rows dealt with so far: handed out and given back, or no image.
-  [[nodiscard]] std::size_t frames_done() const;
-  [[nodiscard]] bool finished() const { return frames_done() == entries_.size(); }
-  /// Row handed out last.
-  [[nodiscard]] const ImageEntry& last_entry() const { return entries_[next_ > 0 ? next_ - 1 : 0]; }
+  [[nodiscard]] std::size_t frames_done() const override;
+  [[nodiscard]] const ImageEntry& last_entry() const override { return entries_[next_ > 0 ? next_ - 1 : 0]; }
   [[nodiscard]] std::uint32_t incomplete_frames() const { return incomplete_; }
-  /// One line: file and expectation. Empty while every image was good.
-  [[nodiscard]] const std::string& problem() const { return problem_; }
+  [[nodiscard]] const std::string& problem() const override { return problem_; }
 
  private:
   struct Slot {

@@ -18,7 +18,7 @@ bool is_snapshot(std::size_t frame, std::size_t listed) {
 }
 
 // Of the camera whose frame the report is about.
-Snapshot snapshot_of(const app::StepReport& report, const ReplayCamera& camera) {
+Snapshot snapshot_of(const app::StepReport& report, const RunCamera& camera) {
   Snapshot s;
   s.time = camera.last_entry().time;
   s.frame = camera.frames_done() - 1;
@@ -28,27 +28,27 @@ Snapshot snapshot_of(const app::StepReport& report, const ReplayCamera& camera) 
   return s;
 }
 
-bool are_finished(const ReplayCameras& cameras) {
-  return std::all_of(cameras.begin(), cameras.end(), [](const ReplayCamera* c) { return c->finished(); });
+bool are_finished(const RunCameras& cameras) {
+  return std::all_of(cameras.begin(), cameras.end(), [](const RunCamera* c) { return c->finished(); });
 }
 
-std::size_t most(const ReplayCameras& cameras, std::size_t (ReplayCamera::*count)() const) {
+std::size_t most(const RunCameras& cameras, std::size_t (RunCamera::*count)() const) {
   std::size_t most = 0;
-  for (const ReplayCamera* camera : cameras) most = std::max(most, (camera->*count)());
+  for (const RunCamera* camera : cameras) most = std::max(most, (camera->*count)());
   return most;
 }
 
-std::string problem_of(const ReplayCameras& cameras) {
-  for (const ReplayCamera* camera : cameras) {
+std::string problem_of(const RunCameras& cameras) {
+  for (const RunCamera* camera : cameras) {
     if (!camera->problem().empty()) return camera->problem();
   }
   return {};
 }
 
 // The cameras that have got on in a step; the one that the report is about first.
-ReplayCameras advanced_in(const app::StepReport& report, const ReplayCameras& cameras,
+RunCameras advanced_in(const app::StepReport& report, const RunCameras& cameras,
                           const std::vector<std::size_t>& done_before) {
-  ReplayCameras advanced;
+  RunCameras advanced;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     if (cameras[c]->frames_done() == done_before[c]) continue;
     advanced.insert(c == report.camera ? advanced.begin() : advanced.end(), cameras[c]);
@@ -64,7 +64,7 @@ bool has_track(const RunHistory& history) {
 
 }  // namespace
 
-ReplayOutcome run_replay(StepDriver& loop, const ReplayCameras& cameras, RunFiles& files, RunHistory& history,
+ReplayOutcome run_replay(StepDriver& loop, const RunCameras& cameras, RunFiles* files, RunHistory& history,
                          const ProgressListener& listener) {
   using End = ReplayOutcome::End;
   ReplayOutcome outcome;
@@ -76,19 +76,19 @@ ReplayOutcome run_replay(StepDriver& loop, const ReplayCameras& cameras, RunFile
     return outcome;
   }
   int idle_steps = 0;
-  const std::size_t listed = most(cameras, &ReplayCamera::frames_listed);
+  const std::size_t listed = most(cameras, &RunCamera::frames_listed);
   while (!are_finished(cameras)) {
     std::vector<std::size_t> done_before;
-    for (const ReplayCamera* camera : cameras) done_before.push_back(camera->frames_done());
+    for (const RunCamera* camera : cameras) done_before.push_back(camera->frames_done());
     const app::StepReport& report = loop.step();
     outcome.last_mode = report.mode;
-    const ReplayCameras advanced = advanced_in(report, cameras, done_before);
-    const std::size_t done = most(cameras, &ReplayCamera::frames_done);
+    const RunCameras advanced = advanced_in(report, cameras, done_before);
+    const std::size_t done = most(cameras, &RunCamera::frames_done);
     if (!advanced.empty()) {
       idle_steps = 0;
-      const ReplayCamera& camera = *advanced.front();
+      const RunCamera& camera = *advanced.front();
       const FrameRecord record = record_of(report, camera.last_entry().time);
-      files.add(record);
+      if (files != nullptr) files->add(record);
       history.frames.push_back(record);
       if (record.has_pose) ++outcome.poses;
       if (report.status == Status::ok && is_snapshot(camera.frames_done() - 1, camera.frames_listed())) {

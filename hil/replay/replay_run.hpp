@@ -3,7 +3,7 @@
 #include <string>
 #include <vector>
 
-#include "hil/replay/replay_camera.hpp"
+#include "hil/replay/run_camera.hpp"
 #include "hil/replay/run_folder.hpp"
 #include "hil/replay/run_history.hpp"
 #include "hil/replay/step_driver.hpp"
@@ -28,12 +28,9 @@ struct ReplayOutcome {
 /// Called after each step: frames dealt with, frames listed (of the camera that has most), the report. False ends the run (interrupt).
 using ProgressListener = std::function<bool(std::size_t done, std::size_t listed, const app::StepReport&)>;
 
-/// Those that the loop takes its frames from, in their order.
-using ReplayCameras = std::vector<const ReplayCamera*>;
-
-/// Steps the loop until the images of every camera have been dealt with, writing as it goes. Throws InputError when the output
+/// Steps the loop until the images of every camera have been dealt with, writing as it goes (`files` null: nothing). Throws InputError when the output
 /// cannot be written.
-ReplayOutcome run_replay(StepDriver& loop, const ReplayCameras& cameras, RunFiles& files, RunHistory& history,
+ReplayOutcome run_replay(StepDriver& loop, const RunCameras& cameras, RunFiles* files, RunHistory& history,
                          const ProgressListener& listener);
 
 /// 0 done, 1 ended in a fault, 2 unusable input.

@@ -4,6 +4,8 @@
 #include <chrono>
 #include <thread>
 
+#include "hil/serve/image_fault.hpp"
+
 namespace relnav::hil {
 namespace {
 
@@ -21,18 +23,11 @@ bool sleep_until(PlayerClock::time_point when, const std::function<bool()>& stop
   return false;
 }
 
-std::shared_ptr<const Image> filled(const Image& like, std::uint8_t value) {
-  auto image = std::make_shared<Image>(like);
-  std::fill(image->bytes.begin(), image->bytes.end(), value);
-  return image;
-}
-
-std::shared_ptr<const Image> torn(const Image& upper, const Image& lower) {
-  auto image = std::make_shared<Image>(upper);
-  const std::size_t row_bytes = std::size_t{image->width_px} * image->bytes_per_pixel;
-  const auto half = static_cast<std::ptrdiff_t>(image->height_px / 2 * row_bytes);
-  std::copy(lower.bytes.begin() + half, lower.bytes.end(), image->bytes.begin() + half);
-  return image;
+template <typename Change>
+std::shared_ptr<const Image> changed(const Image& image, Change change) {
+  auto copy = std::make_shared<Image>(image);
+  change(*copy);
+  return copy;
 }
 
 }  // namespace
@@ -67,9 +62,11 @@ FramePlayer::Content FramePlayer::content_of(std::uint64_t number) {
   content.image = source_.image(static_cast<std::size_t>(number % source_.count()));
   if (const Fault* frozen = fault_at(FaultKind::frozen, number))
     content.image = image_before(number, number - frozen->frame + 1);
-  if (fault_at(FaultKind::torn, number) != nullptr) content.image = torn(*content.image, *image_before(number, 1));
-  if (fault_at(FaultKind::black, number) != nullptr) content.image = filled(*content.image, 0x00);
-  if (fault_at(FaultKind::white, number) != nullptr) content.image = filled(*content.image, 0xFF);
+  if (fault_at(FaultKind::torn, number) != nullptr) content.image = changed(*content.image, [&](Image& image) { tear(image, *image_before(number, 1)); });
+  if (fault_at(FaultKind::black, number) != nullptr)
+    content.image = changed(*content.image, [](Image& image) { fill(image, 0x00); });
+  if (fault_at(FaultKind::white, number) != nullptr)
+    content.image = changed(*content.image, [](Image& image) { fill(image, 0xFF); });
   ServedFrame& frame = content.frame;
   frame.image = content.image.get();
   frame.number = number;

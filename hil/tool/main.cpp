@@ -10,6 +10,7 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_status = exit_done;
   add_replay_command(app, exit_status);
+  add_sim_command(app, exit_status);
   add_pack_command(app, exit_status);
   add_evaluate_command(app, exit_status);
   add_scenario_command(app, exit_status);

@@ -6,6 +6,7 @@
 
 #include "hil/io/dataset.hpp"
 #include "hil/replay/flight_driver.hpp"
+#include "hil/replay/replay_camera.hpp"
 #include "hil/replay/replay_run.hpp"
 #include "hil/replay/summary.hpp"
 #include "hil/replay/telemetry_link.hpp"
@@ -75,7 +76,8 @@ int run(const ReplayOptions& o) {
   ReplayCamera* const mate = second ? &*second : nullptr;
   TelemetryLink link;
   if (!o.tlm.empty()) link.add_udp(o.tlm);
-  const auto loop = make_flight_driver(setup, camera, mate, link);
+  const std::string& judged = setup.config_file.empty() ? setup.camera_file : setup.config_file;
+  const auto loop = make_flight_driver(flight_config_of(setup), judged, clock, camera, mate, link);
 
   prepare_run_folder(o.out, o.force);
   RunFiles files(o.out);
@@ -87,9 +89,9 @@ int run(const ReplayOptions& o) {
   catch_interrupts();
   RunHistory history;
   Progress progress;
-  ReplayCameras cameras{&camera};
+  RunCameras cameras{&camera};
   if (mate != nullptr) cameras.push_back(mate);
-  const ReplayOutcome outcome = run_replay(*loop, cameras, files, history,
+  const ReplayOutcome outcome = run_replay(*loop, cameras, &files, history,
                                            [&](std::size_t done, std::size_t listed, const app::StepReport& report) {
                                              if (!link.problem().empty()) throw std::runtime_error(link.problem());
                                              progress.show(done, listed, report);

@@ -137,7 +137,7 @@ TEST_GROUP(FlightDriver) {
     return setup;
   }
   std::string failure(const FlightSetup& setup) {
-    return message_of([&] { static_cast<void>(make_flight_driver(setup, camera, nullptr, link)); });
+    return message_of([&] { static_cast<void>(make_flight_driver(flight_config_of(setup), "mine.yaml", clock, camera, nullptr, link)); });
   }
 };
 

@@ -4,6 +4,7 @@
 #include <sstream>
 
 #include "hil/io/image.hpp"
+#include "hil/replay/replay_camera.hpp"
 #include "hil/replay/replay_run.hpp"
 #include "hil/replay/summary.hpp"
 #include "hil/report/base64.hpp"
@@ -67,7 +68,7 @@ TEST_GROUP(Replay) {
   ReplayOutcome run_pair(ReplayCamera & first, ReplayCamera & second) {
     FakePairLoop loop(first, second);
     RunFiles files(prepare_run_folder(scratch.path("out"), true));
-    return run_replay(loop, {&first, &second}, files, history,
+    return run_replay(loop, {&first, &second}, &files, history,
                       [&](std::size_t done, std::size_t listed, const app::StepReport&) {
                         CHECK(done <= listed);
                         ++shown;
@@ -79,7 +80,7 @@ TEST_GROUP(Replay) {
   }
   ReplayOutcome run(ReplayCamera & camera, FakeLoop & loop, std::size_t stop_after = 1000) {
     RunFiles files(prepare_run_folder(scratch.path("out"), true));
-    return run_replay(loop, {&camera}, files, history, [&](std::size_t done, std::size_t, const app::StepReport&) {
+    return run_replay(loop, {&camera}, &files, history, [&](std::size_t done, std::size_t, const app::StepReport&) {
       ++shown;
       return done < stop_after;
     });
@@ -264,7 +265,7 @@ TEST(Replay, NoPoseAndLostTrackAreFaults) {
   FakeLoop loop(camera);
   RunFiles files(prepare_run_folder(scratch.path("out"), true));
   const ReplayOutcome outcome =
-      run_replay(loop, {&camera}, files, history, [&](std::size_t done, std::size_t, const app::StepReport&) {
+      run_replay(loop, {&camera}, &files, history, [&](std::size_t done, std::size_t, const app::StepReport&) {
         if (done == 2) loop.mode = app::Mode::lost;
         return true;
       });

@@ -34,21 +34,20 @@ double worst_of(int count) {
     worst = std::max(worst, (actual.template cast<double>() - expected).cwiseAbs().maxCoeff());
   };
   for (int i = 0; i < count; ++i) {
-    const Eigen::Matrix<S, 6, 6> A = (random_matrix<6, 6>(generator) / 6.0).template cast<S>();
-    const Eigen::Matrix<S, 6, 1> b = (random_matrix<6, 1>(generator) / 6.0).template cast<S>();
-    const Eigen::Matrix<double, 6, 6> A_d = A.template cast<double>();
-    const Eigen::Matrix<double, 6, 1> b_d = b.template cast<double>();
+    const Eigen::Matrix<S, 3, 3> A = (random_matrix<3, 3>(generator) / 3.0).template cast<S>();
+    const Eigen::Matrix<S, 3, 1> b = (random_matrix<3, 1>(generator) / 3.0).template cast<S>();
+    const Eigen::Matrix<double, 3, 3> A_d = A.template cast<double>();
+    const Eigen::Matrix<double, 3, 1> b_d = b.template cast<double>();
     compare(A * A.transpose(), A_d * A_d.transpose());
     compare(A * b - b, A_d * b_d - b_d);
     const S norm = b.norm();
     worst = std::max(worst, std::fabs(static_cast<double>(norm) - b_d.norm()));
     // Eigenvalues from 1 to 2, so that no solution leaves the range.
-    const Eigen::Matrix<S, 6, 6> P = A * A.transpose() + Eigen::Matrix<S, 6, 6>::Identity();
-    const Eigen::Matrix<double, 6, 6> P_d = P.template cast<double>();
-    const Eigen::Matrix<S, 6, 1> x = P.llt().solve(b);
+    const Eigen::Matrix<S, 3, 3> P = A * A.transpose() + Eigen::Matrix<S, 3, 3>::Identity();
+    const Eigen::Matrix<double, 3, 3> P_d = P.template cast<double>();
+    const Eigen::Matrix<S, 3, 1> x = P.llt().solve(b);
     compare(x, P_d.llt().solve(b_d).eval());
-    const Eigen::Matrix<S, 3, 3> Q = P.template topLeftCorner<3, 3>();
-    compare(Q.inverse().eval(), Q.template cast<double>().inverse().eval());
+    compare(P.inverse().eval(), P.template cast<double>().inverse().eval());
   }
   return worst;
 }

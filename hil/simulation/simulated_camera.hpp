@@ -1,0 +1,70 @@
+#pragma once
+#include <array>
+#include <functional>
+#include <string>
+#include <vector>
+
+#include "hal/camera.hpp"
+#include "hil/replay/run_camera.hpp"
+#include "hil/serve/fault.hpp"
+#include "hil/simulation/simulated_clock.hpp"
+
+namespace relnav::hil {
+
+/// A frame to be taken.
+struct PlannedFrame {
+  Time time;   ///< mid-exposure, true
+  Time stamp;  ///< as the camera states it, jumps of its clock included
+};
+
+/// What a frame shows.
+using FrameMaker = std::function<void(std::size_t number, Image&)>;
+
+/// Camera over frames that are made when they are asked for. Behind the HAL it behaves as a real one: a frame comes when it has been
+/// exposed and read out, some never come, and with a fault `unplug` the device is away. Stamps are of ClockId::device: latencies
+/// would be the machine's, and no run would be like the other.
+class SimulatedCamera final : public hal::Camera, public RunCamera {
+ public:
+  SimulatedCamera(std::vector<PlannedFrame> frames, std::vector<Fault> faults, SimulatedClock& clock, FrameMaker make,
+                  Duration exposure);
+
+  Status start() override;
+  Status acquire(Duration wait, hal::Frame& frame) override;
+  Status release(const hal::Frame& frame) override;
+  Status stop() override;
+  [[nodiscard]] std::uint32_t max_leases() const override { return static_cast<std::uint32_t>(slots_.size()); }
+
+  [[nodiscard]] std::size_t frames_listed() const override { return frames_.size(); }
+  [[nodiscard]] std::size_t frames_done() const override;
+  [[nodiscard]] const ImageEntry& last_entry() const override { return last_; }
+  [[nodiscard]] const std::string& problem() const override { return problem_; }
+
+ private:
+  struct Slot {
+    std::shared_ptr<Image> image;
+    std::uint32_t lease = 0;  ///< 0: free
+  };
+  [[nodiscard]] const Fault* fault_at(FaultKind kind, std::size_t number) const;
+  [[nodiscard]] Time due(std::size_t number) const;
+  [[nodiscard]] bool is_away();
+  /// Status::timeout or no_data while the next frame is not there yet.
+  Status await_due(Duration wait);
+  /// The image of frame `number` with its faults.
+  std::shared_ptr<Image> expose(std::size_t number);
+
+  std::vector<PlannedFrame> frames_;
+  std::vector<Fault> faults_;
+  SimulatedClock& clock_;
+  FrameMaker make_;
+  Duration exposure_;
+  std::array<Slot, 3> slots_;
+  std::shared_ptr<Image> shown_;  ///< last one handed out
+  std::size_t next_ = 0;
+  bool streaming_ = false;
+  Time back_;  ///< when the unplugged device is there again
+  std::uint32_t last_lease_ = 0;
+  ImageEntry last_;
+  std::string problem_;
+};
+
+}  // namespace relnav::hil
