@@ -2,8 +2,8 @@
 
 #include <Eigen/Geometry>
 
+#include "hil/dynamics/lvlh.hpp"
 #include "hil/evaluate/rotation.hpp"
-#include "hil/scenarios/orbit.hpp"
 #include "hil/scenarios/targets.hpp"
 
 namespace relnav::hil {
@@ -39,11 +39,13 @@ CameraCalibration camera() { return forward_camera(focal_length_px, focal_length
 
 TimedPose table1_pose(Time time) {
   const double t_s = static_cast<double>(time.ns) * 1e-9;
-  const OrbitState at_chaser = orbit_state(chaser().orbit, t_s);
-  const OrbitState at_target = orbit_state(target().orbit, t_s);
+  const InertialState at_chaser = orbit_state(chaser().orbit, t_s);
+  const InertialState at_target = orbit_state(target().orbit, t_s);
+  const Mat3 R_IL_chaser = local_frame(at_chaser, Gravity::point_mass).R_AB;
+  const Mat3 R_IL_target = local_frame(at_target, Gravity::point_mass).R_AB;
   const Mat3 R_CB = camera().T_BC.topLeftCorner<3, 3>().transpose();
-  const Mat3 R_CI = R_CB * (at_chaser.R_IL * attitude_in_orbit(chaser(), t_s)).transpose();
-  const Mat3 R_IT = at_target.R_IL * attitude_in_orbit(target(), t_s) * R_CB.transpose();
+  const Mat3 R_CI = R_CB * (R_IL_chaser * attitude_in_orbit(chaser(), t_s)).transpose();
+  const Mat3 R_IT = R_IL_target * attitude_in_orbit(target(), t_s) * R_CB.transpose();
   return {time, R_CI * (at_target.r_I - at_chaser.r_I), R_CI * R_IT};
 }
 

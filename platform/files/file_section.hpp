@@ -93,6 +93,21 @@ class FileSection {
     return has(key) ? word(key, words) : fallback;
   }
 
+  /// A list of finite numbers.
+  [[nodiscard]] std::vector<double> numbers(const char* key, const std::string& expectation) const {
+    const YAML::Node value = require(key, expectation);
+    if (!value.IsSequence()) fail(value, full_name(key) + " is no list", expectation);
+    return YamlReader(path_, node_).numbers(value, full_name(key));
+  }
+  /// A section within, at a key or at a node below it.
+  [[nodiscard]] FileSection section(const char* key, std::vector<std::string> keys) const {
+    return section(node(key), key, std::move(keys));
+  }
+  [[nodiscard]] FileSection section(const YAML::Node& at, const std::string& key, std::vector<std::string> keys) const {
+    return {path_, at, full_name(key), std::move(keys)};
+  }
+  [[nodiscard]] const YAML::Node& map() const { return node_; }
+
   [[noreturn]] void fail(const YAML::Node& at, const std::string& problem, const std::string& expectation) const {
     throw InputError(path_, line_of(at), problem, expectation);
   }

@@ -13,13 +13,12 @@ struct OrbitElements {
   double perigee_time_s = 0.0;
 };
 
-/// Where the spacecraft is, and its local frame L: x along the track (near the velocity), y against the orbit's normal,
-/// z to the Earth's centre.
-struct OrbitState {
-  Vec3 r_I = Vec3::Zero();  ///< m
-  Mat3 R_IL = Mat3::Identity();
+struct InertialState {
+  Vec3 r_I = Vec3::Zero();  ///< from the Earth's centre, m
+  Vec3 v_I = Vec3::Zero();  ///< m/s
 };
 
-[[nodiscard]] OrbitState orbit_state(const OrbitElements& elements, double t_s);
+/// Kepler's closed form (Montenbruck, Gill, Satellite Orbits, 2000, section 2.2).
+[[nodiscard]] InertialState orbit_state(const OrbitElements& elements, double t_s);
 
 }  // namespace relnav::hil
