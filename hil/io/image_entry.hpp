@@ -16,7 +16,7 @@ struct ImageEntry {
   int line = 0;                                                   ///< in data.csv
   std::shared_ptr<const RawContainerReader> container = nullptr;  ///< null: an image file
   std::size_t frame = 0;                                          ///< in `container`
-  std::shared_ptr<const Image> image = nullptr;                   ///< one that lies nowhere else, such as a rendered one
+  std::shared_ptr<const Image> image = nullptr;  ///< one that lies nowhere else, such as a rendered one
 };
 
 /// Throws InputError: missing or damaged.

@@ -31,8 +31,9 @@ class FlightDriver final : public StepDriver {
 };
 
 /// `file`: for the message. Throws InputError when the configuration is refused.
-[[nodiscard]] std::unique_ptr<FlightDriver> make_flight_driver(const app::FlightLoopConfig& config, const std::string& file,
-                                                               hal::Clock& clock, hal::Camera& camera,
-                                                               hal::Camera* second, hal::PacketLink& link);
+[[nodiscard]] std::unique_ptr<FlightDriver> make_flight_driver(const app::FlightLoopConfig& config,
+                                                               const std::string& file, hal::Clock& clock,
+                                                               hal::Camera& camera, hal::Camera* second,
+                                                               hal::PacketLink& link);
 
 }  // namespace relnav::hil

@@ -47,7 +47,7 @@ std::string problem_of(const RunCameras& cameras) {
 
 // The cameras that have got on in a step; the one that the report is about first.
 RunCameras advanced_in(const app::StepReport& report, const RunCameras& cameras,
-                          const std::vector<std::size_t>& done_before) {
+                       const std::vector<std::size_t>& done_before) {
   RunCameras advanced;
   for (std::size_t c = 0; c < cameras.size(); ++c) {
     if (cameras[c]->frames_done() == done_before[c]) continue;

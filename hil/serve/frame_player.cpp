@@ -62,7 +62,8 @@ FramePlayer::Content FramePlayer::content_of(std::uint64_t number) {
   content.image = source_.image(static_cast<std::size_t>(number % source_.count()));
   if (const Fault* frozen = fault_at(FaultKind::frozen, number))
     content.image = image_before(number, number - frozen->frame + 1);
-  if (fault_at(FaultKind::torn, number) != nullptr) content.image = changed(*content.image, [&](Image& image) { tear(image, *image_before(number, 1)); });
+  if (fault_at(FaultKind::torn, number) != nullptr)
+    content.image = changed(*content.image, [&](Image& image) { tear(image, *image_before(number, 1)); });
   if (fault_at(FaultKind::black, number) != nullptr)
     content.image = changed(*content.image, [](Image& image) { fill(image, 0x00); });
   if (fault_at(FaultKind::white, number) != nullptr)

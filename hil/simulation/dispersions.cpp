@@ -91,7 +91,8 @@ YAML::Node find_named(const std::string& path, YAML::Node root, const YAML::Node
     if (node.IsSequence()) {
       const auto index = parse_int64(key);
       if (!index || *index < 0 || static_cast<std::size_t>(*index) >= node.size())
-        throw InputError(path, line_of(at), "dispersions." + name + " names no element of the list", "its number, from 0");
+        throw InputError(path, line_of(at), "dispersions." + name + " names no element of the list",
+                         "its number, from 0");
       next = node[static_cast<std::size_t>(*index)];
     } else if (node.IsMap()) {
       if (!node[key] && i + 1 == parts.size()) node[key] = "0";

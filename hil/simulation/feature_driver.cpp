@@ -11,9 +11,9 @@ namespace {
 
 class UnknownTargetDriver final : public FeatureDriver {
  public:
-  UnknownTargetDriver(const SimulationScenario& scenario, const CameraModel& true_camera, const CameraModel& told_camera,
-                      std::vector<PlannedFrame> frames, std::vector<SceneState> truth, hal::Clock& clock,
-                      hal::PacketLink& link)
+  UnknownTargetDriver(const SimulationScenario& scenario, const CameraModel& true_camera,
+                      const CameraModel& told_camera, std::vector<PlannedFrame> frames, std::vector<SceneState> truth,
+                      hal::Clock& clock, hal::PacketLink& link)
       : FeatureDriver(std::move(frames), std::move(truth), scenario.flight, link),
         clock_(clock),
         sensor_(scenario.features, true_camera, scenario.seed) {
@@ -52,8 +52,8 @@ class UnknownTargetDriver final : public FeatureDriver {
     sensor_.add_features(filter_, truth);
     report.times.detect_ns = timer.lap();
     fill(report);
-    const Status verdict =
-        watch_.judge(app::check_variances(filter_.state()), report.state, {update.status, report.test_ratio, is_starting()});
+    const Status verdict = watch_.judge(app::check_variances(filter_.state()), report.state,
+                                        {update.status, report.test_ratio, is_starting()});
     return verdict == Status::ok ? update.status : verdict;
   }
   void fill(app::StepReport& report) {
@@ -158,8 +158,8 @@ void FeatureDriver::judge(bool was_started, const app::FrameStamp& stamp) {
   const Status status = report_.status;
   if (!has_started()) return;
   if (!was_started && report_.mode == app::Mode::lost) change_mode(app::Mode::acquire, Status::ok, stamp);
-  const bool broken = status == Status::not_finite || status == Status::not_positive_definite ||
-                      status == Status::no_convergence;
+  const bool broken =
+      status == Status::not_finite || status == Status::not_positive_definite || status == Status::no_convergence;
   if (broken && report_.estimator == telemetry::Estimator::inverse_depth_ekf) return give_up(status, stamp);
   if (status != Status::ok && report_.estimator == telemetry::Estimator::inverse_depth_ekf) {
     // The update was refused: the state is the predicted one, and valid as such.

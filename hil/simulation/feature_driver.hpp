@@ -56,8 +56,8 @@ class FeatureDriver : public StepDriver, public RunCamera {
 };
 
 /// The driver for the scenario's navigation. Throws InputError: the estimator refuses the configuration.
-[[nodiscard]] std::unique_ptr<FeatureDriver> make_feature_driver(const SimulationScenario& scenario, const CameraRig& true_rig,
-                                                                 const CameraRig& told_rig,
+[[nodiscard]] std::unique_ptr<FeatureDriver> make_feature_driver(const SimulationScenario& scenario,
+                                                                 const CameraRig& true_rig, const CameraRig& told_rig,
                                                                  std::vector<PlannedFrame> frames,
                                                                  std::vector<SceneState> truth, hal::Clock& clock,
                                                                  hal::PacketLink& link);

@@ -18,7 +18,7 @@ struct SurfacePoint {
   Vec3 normal_T = Vec3::Zero();
 };
 
-/// Points evenly over the faces of a box, their height off the face scattered by 15 % as foil and boxes do. 
+/// Points evenly over the faces of a box, their height off the face scattered by 15 % as foil and boxes do.
 [[nodiscard]] std::vector<SurfacePoint> surface_points(const FeatureSettings& settings, std::uint64_t seed);
 
 /// What an ideal front end would find of an unknown target: points in sight, with noise, outliers and misses.

@@ -19,8 +19,8 @@ std::vector<RunHistory> tracks_of(const RunHistory& history, bool unknown_target
   for (const FrameRecord& record : history.frames) {
     if (!record.has_pose) continue;
     RunHistory& track = tracks.back();
-    const bool anew = unknown_target && !track.frames.empty() &&
-                      track.frames.back().reset_counter != record.reset_counter;
+    const bool anew =
+        unknown_target && !track.frames.empty() && track.frames.back().reset_counter != record.reset_counter;
     if (anew) tracks.emplace_back();
     tracks.back().frames.push_back(record);
   }
@@ -101,9 +101,9 @@ class Tally {
     };
     const bool known = scenario_.navigation != app::NavigationKind::noncoop;
     const double range = record.state.t_CT.norm();
-    const bool wrong =
-        is_wrong(epoch.attitude.norm(), std::sqrt(variance.tail<3>().sum()), limit.attitude_rad) ||
-        (known && is_wrong(epoch.position.norm(), std::sqrt(variance.head<3>().sum()), limit.position_of_range * range));
+    const bool wrong = is_wrong(epoch.attitude.norm(), std::sqrt(variance.tail<3>().sum()), limit.attitude_rad) ||
+                       (known && is_wrong(epoch.position.norm(), std::sqrt(variance.head<3>().sum()),
+                                          limit.position_of_range * range));
     if (!wrong) return;
     if (wrong_ == 0) first_wrong_ = epoch.time;
     ++wrong_;
@@ -158,7 +158,8 @@ RunVerdict judge_run(const SimulationScenario& scenario, const ReplayOutcome& ou
     if (evaluation) tally.add(*evaluation, track);
   }
   tally.finish(verdict);
-  const auto first = std::find_if(history.frames.begin(), history.frames.end(), [](const FrameRecord& r) { return r.has_pose; });
+  const auto first =
+      std::find_if(history.frames.begin(), history.frames.end(), [](const FrameRecord& r) { return r.has_pose; });
   if (first != history.frames.end())
     verdict.figures["first_pose_s"] = (first->time - history.frames.front().time).seconds();
   if (!history.frames.empty())

@@ -4,6 +4,8 @@
 #include <filesystem>
 
 #include "fsw/base/crc32.hpp"
+#include "hil/dynamics/motion_file.hpp"
+#include "hil/dynamics/relative_motion.hpp"
 #include "hil/simulation/dispersions.hpp"
 #include "platform/files/file_section.hpp"
 #include "platform/files/flight_config_file.hpp"
@@ -44,9 +46,9 @@ Vec3 three_numbers(const std::string& path, const FileSection& section, const ch
 /// `file: PATH`, or the numbers themselves.
 CameraCalibration read_scenario_camera(const std::string& path, const FileSection& root, const char* key, int index,
                                        std::string& file, NamedFiles& named) {
-  const FileSection section(path, root.require(key, "a section that says what the camera is"), key,
-                            {"file", "width_px", "height_px", "fu_px", "fv_px", "cu_px", "cv_px", "k1", "k2", "p1", "p2",
-                             "t_BC_m"});
+  const FileSection section(
+      path, root.require(key, "a section that says what the camera is"), key,
+      {"file", "width_px", "height_px", "fu_px", "fv_px", "cu_px", "cv_px", "k1", "k2", "p1", "p2", "t_BC_m"});
   if (section.has("file")) {
     file = section.file("file", "a camera calibration file");
     named.add(file);
@@ -128,15 +130,18 @@ app::FlightLoopConfig read_flight(const std::string& path, const YAML::Node& nod
   }
   const bool noncoop = s.navigation == app::NavigationKind::noncoop;
   if (root.has("flight")) {
-    const FileSection flight(path, root.node("flight"), "flight", {"motion", "range_m", "range_sigma_m", "range_error_m"});
-    if (!noncoop) flight.fail(root.node("flight"), "section flight with a cooperative mode", "it with mode noncoop only");
+    const FileSection flight(path, root.node("flight"), "flight",
+                             {"motion", "range_m", "range_sigma_m", "range_error_m"});
+    if (!noncoop)
+      flight.fail(root.node("flight"), "section flight with a cooperative mode", "it with mode noncoop only");
     constexpr double most_m = 1e6;
     setup.rigid_target = flight.word_or("motion", scenario_motions, true);
     setup.range_m = flight.number_or("range_m", 1e-3, most_m, 0.0);
     setup.range_sigma_m = flight.number_or("range_sigma_m", 0.0, most_m, -1.0);
     if (setup.range_m <= 0.0) {
       RelativeMotion motion(s.motion, s.seed);
-      setup.range_m = std::max(1e-3, motion.at(Time{}).t_CT.norm() + flight.number_or("range_error_m", -most_m, most_m, 0.0));
+      setup.range_m =
+          std::max(1e-3, motion.at(Time{}).t_CT.norm() + flight.number_or("range_error_m", -most_m, most_m, 0.0));
     } else if (flight.has("range_error_m")) {
       flight.fail(flight.node("range_error_m"), "range_error_m beside range_m", "one of them");
     }
@@ -153,7 +158,8 @@ app::FlightLoopConfig read_flight(const std::string& path, const YAML::Node& nod
 
 void read_errors(const FileSection& root, const std::string& path, SimulationScenario& s) {
   if (root.has("calibration_error")) {
-    const FileSection e(path, root.node("calibration_error"), "calibration_error", {"fu_px", "fv_px", "cu_px", "cv_px", "k1"});
+    const FileSection e(path, root.node("calibration_error"), "calibration_error",
+                        {"fu_px", "fv_px", "cu_px", "cv_px", "k1"});
     s.calibration_error = {e.number_or("fu_px", -most_px, most_px, 0.0), e.number_or("fv_px", -most_px, most_px, 0.0),
                            e.number_or("cu_px", -most_px, most_px, 0.0), e.number_or("cv_px", -most_px, most_px, 0.0),
                            e.number_or("k1", -10.0, 10.0, 0.0)};
@@ -179,10 +185,10 @@ std::uint64_t seed_of_run(std::uint64_t scenario_seed, RunNumber run) {
 
 SimulationScenario read_scenario(const std::string& path, RunNumber run) {
   YAML::Node node = load_yaml(path, "a scenario in YAML");
-  std::vector<std::string> keys{"source",     "mode",     "sensor",     "duration_s",        "rate_hz",    "seed",
-                                "camera",     "target",   "motion",     "second_camera",     "features",   "render",
-                                "flight",     "faults",   "exposure_s", "calibration_error", "wrong_pose", "reference",
-                                "handover",   "dispersions", "gain",    "stamp_jitter_s"};
+  std::vector<std::string> keys{"source",   "mode",        "sensor",     "duration_s",        "rate_hz",    "seed",
+                                "camera",   "target",      "motion",     "second_camera",     "features",   "render",
+                                "flight",   "faults",      "exposure_s", "calibration_error", "wrong_pose", "reference",
+                                "handover", "dispersions", "gain",       "stamp_jitter_s"};
   const std::vector<std::string> tuning = flight_config_sections();
   keys.insert(keys.end(), tuning.begin(), tuning.end());
   const FileSection root(path, node, "", std::move(keys));
@@ -224,8 +230,7 @@ SimulationScenario read_scenario(const std::string& path, RunNumber run) {
     s.handover.navigation = h.word("mode", scenario_modes);
     if (stereo || s.handover.navigation == app::NavigationKind::coop_stereo)
       h.fail(h.node("mode"), "a hand-over with two cameras", "noncoop and coop-mono");
-    if (s.sensor == SensorKind::features)
-      h.fail(root.node("handover"), "a hand-over without images", "sensor: images");
+    if (s.sensor == SensorKind::features) h.fail(root.node("handover"), "a hand-over without images", "sensor: images");
   }
   if (root.has("target")) {
     s.target_file = root.file("target", "a target model");
@@ -236,8 +241,8 @@ SimulationScenario read_scenario(const std::string& path, RunNumber run) {
   }
   if (root.has("features")) {
     s.features = read_features(path, FileSection(path, root.node("features"), "features",
-                                                 {"count", "sigma_px", "first_view_sigma_px", "outlier_share", "outlier_px",
-                                                  "missed_share", "body_points", "half_size_m"}));
+                                                 {"count", "sigma_px", "first_view_sigma_px", "outlier_share",
+                                                  "outlier_px", "missed_share", "body_points", "half_size_m"}));
   }
   s.render = root.node("render");
   s.faults = read_faults(path, root.node("faults"));

@@ -7,7 +7,7 @@
 #include <vector>
 
 #include "fsw/app/flight_config.hpp"
-#include "hil/dynamics/relative_motion.hpp"
+#include "hil/dynamics/motion_settings.hpp"
 #include "hil/serve/fault.hpp"
 #include "platform/files/camera_file.hpp"
 
@@ -21,13 +21,13 @@ enum class SensorKind : std::uint8_t {
 
 /// Observations of `sensor: features`.
 struct FeatureSettings {
-  int count = 40;                    ///< most features at a time (noncoop)
-  double sigma_px = 0.3;             ///< of each coordinate
-  double first_view_sigma_px = 0.1;  ///< of the view a feature is defined by
-  double outlier_share = 0.0;        ///< of the observations,
-  double outlier_px = 20.0;          ///< off by up to this much in each coordinate
-  double missed_share = 0.0;         ///< of those in sight
-  int body_points = 400;             ///< on the target's surface (noncoop),
+  int count = 40;                          ///< most features at a time (noncoop)
+  double sigma_px = 0.3;                   ///< of each coordinate
+  double first_view_sigma_px = 0.1;        ///< of the view a feature is defined by
+  double outlier_share = 0.0;              ///< of the observations,
+  double outlier_px = 20.0;                ///< off by up to this much in each coordinate
+  double missed_share = 0.0;               ///< of those in sight
+  int body_points = 400;                   ///< on the target's surface (noncoop),
   Vec3 half_size_m = Vec3(0.8, 0.8, 0.8);  ///< a box
 };
 
@@ -45,7 +45,7 @@ struct WrongPoseLimits {
 
 /// A figure that a paper states or that the project wants, for the report.
 struct ReferenceFigure {
-  std::string name;  ///< as in figures_of()
+  std::string name;                               ///< as in figures_of()
   double paper = -1.0, must = -1.0, goal = -1.0;  ///< negative: none
 };
 

@@ -58,7 +58,8 @@ Simulation::Simulation(const SimulationScenario& scenario, const ImageMakerFacto
   }
   if (!scenario_.faults.empty())
     throw InputError(scenario_.path, 0, "faults of a camera without images", "sensor: images, or no faults");
-  parts_->features = make_feature_driver(scenario_, plan_.true_rig, plan_.told_rig, plan_.frames, plan_.truth, clock_, link);
+  parts_->features =
+      make_feature_driver(scenario_, plan_.true_rig, plan_.told_rig, plan_.frames, plan_.truth, clock_, link);
   cameras_ = {parts_->features.get()};
 }
 
@@ -94,7 +95,8 @@ void Simulation::set_up_images(const ImageMakerFactory& makers, hal::PacketLink&
 
 void Simulation::make_frame(std::size_t camera, std::size_t number, Image& image) {
   const SceneState state = seen_by(plan_.true_rig[camera], plan_.truth[number]);
-  parts_->makers[camera]->make(state, static_cast<std::uint32_t>(number), {scenario_.exposure_s, scenario_.gain}, image);
+  parts_->makers[camera]->make(state, static_cast<std::uint32_t>(number), {scenario_.exposure_s, scenario_.gain},
+                               image);
   if (capture_ != nullptr) capture_->add(camera, plan_.frames[number].stamp, image);
 }
 

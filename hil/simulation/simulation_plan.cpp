@@ -2,6 +2,9 @@
 
 #include <cmath>
 
+#include "hil/dynamics/relative_motion.hpp"
+#include "hil/scenarios/gaussian.hpp"
+
 #include "hil/simulation/scene_motion.hpp"
 #include "platform/files/camera_rig_file.hpp"
 #include "platform/files/input_error.hpp"
@@ -45,7 +48,8 @@ SimulationPlan plan_simulation(const SimulationScenario& scenario) {
   SimulationPlan plan;
   plan.told_rig = camera_rig_of(scenario.cameras, scenario.camera_files);
   std::vector<CameraCalibration> real;
-  for (const CameraCalibration& camera : scenario.cameras) real.push_back(with_error(camera, scenario.calibration_error));
+  for (const CameraCalibration& camera : scenario.cameras)
+    real.push_back(with_error(camera, scenario.calibration_error));
   plan.true_rig = camera_rig_of(real, scenario.camera_files);
 
   RelativeMotion motion(scenario.motion, scenario.seed);
@@ -57,8 +61,8 @@ SimulationPlan plan_simulation(const SimulationScenario& scenario) {
     state.time = Time{simulation_start_ns + since_start.ns};
     if (!(state.t_CT.z() > 0.0)) {
       throw InputError(scenario.path, 0,
-                       format_text("the target is behind the camera after %.3f s, at z = %.3f m", since_start.ns * 1e-9,
-                                   state.t_CT.z()),
+                       format_text("the target is behind the camera after %.3f s, at z = %.3f m",
+                                   (since_start - Time{}).seconds(), state.t_CT.z()),
                        "a motion that keeps the target in front of the camera");
     }
     const Time stamp =

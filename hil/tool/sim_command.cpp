@@ -109,12 +109,13 @@ int run(const SimOptions& o) {
   catch_interrupts();
   RunHistory history;
   Progress progress;
-  const ReplayOutcome outcome = run_replay(simulation.driver(), simulation.cameras(), files ? &*files : nullptr, history,
-                                           [&](std::size_t done, std::size_t listed, const app::StepReport& report) {
-                                             if (!link.problem().empty()) throw std::runtime_error(link.problem());
-                                             progress.show(done, listed, report);
-                                             return !interrupted();
-                                           });
+  const ReplayOutcome outcome =
+      run_replay(simulation.driver(), simulation.cameras(), files ? &*files : nullptr, history,
+                 [&](std::size_t done, std::size_t listed, const app::StepReport& report) {
+                   if (!link.problem().empty()) throw std::runtime_error(link.problem());
+                   progress.show(done, listed, report);
+                   return !interrupted();
+                 });
   progress.finish();
   const RunVerdict verdict = judge_run(scenario, outcome, history, simulation.plan().truth_at_stamps);
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
@@ -144,9 +145,11 @@ void add_sim_command(CLI::App& app, int& exit_status) {
   command->add_option("--scenario", o->scenario, "Scenario, YAML (docs/simulation.md)")->required();
   command->add_option("--out", o->out, "Folder for the results");
   command->add_option("--result", o->result, "File for what the run came to, one object of JSON; may do without --out");
-  command->add_option("--run", o->run, "Which run of a campaign: its seed and dispersions; 0: the scenario as it stands")
+  command
+      ->add_option("--run", o->run, "Which run of a campaign: its seed and dispersions; 0: the scenario as it stands")
       ->option_text("N [0]");
-  command->add_option("--capture", o->capture, "Folder for the frames and their truth, as a data set for relnav replay");
+  command->add_option("--capture", o->capture,
+                      "Folder for the frames and their truth, as a data set for relnav replay");
   command->add_option("--tlm", o->tlm, "Also send telemetry to udp://HOST:PORT");
   command->add_option("--rate", o->rate, "As fast as possible, or as fast as time goes [max]")
       ->check(CLI::IsMember({"max", "real"}));
