@@ -159,11 +159,11 @@ TargetSettings read_target(const FileSection& section, bool orbit) {
 }
 
 /// `unit`: of the way, as it stands in the names of the keys.
-Pace read_pace(const FileSection& leg, const std::string& unit) {
+LegPace read_pace(const FileSection& leg, const std::string& unit) {
   const std::string speed_key = unit == "m" ? "speed_m_s" : "rate_deg_s";
   const std::string acceleration_key = unit == "m" ? "acceleration_m_s2" : "acceleration_deg_s2";
   const double scale = unit == "m" ? 1.0 : 1.0 / degrees_per_radian;
-  Pace pace;
+  LegPace pace;
   pace.kind = leg.word_or("pace", pace_words, PaceKind::smooth);
   const bool has_speed = leg.has(speed_key.c_str());
   if (has_speed == leg.has("duration_s"))
