@@ -30,11 +30,11 @@ PlannedPace planned_leg(const Leg& leg, const Vec3& from_L) {
   return planned(close.pace, std::abs(from_L.norm() - close.to_range_m));
 }
 
-LocalState on_line(const Vec3& from_L, const Vec3& to_L, const Progress& done) {
+LocalState on_line(const Vec3& from_L, const Vec3& to_L, const LegProgress& done) {
   return {from_L + done.share * (to_L - from_L), done.rate * (to_L - from_L)};
 }
 
-LocalState on_circle(const FlyAroundLeg& leg, const Vec3& from_L, const Progress& done) {
+LocalState on_circle(const FlyAroundLeg& leg, const Vec3& from_L, const LegProgress& done) {
   const Vec3 p_L = rotation_exp(leg.axis_L * (leg.angle_rad * done.share)) * from_L;
   return {p_L, (leg.angle_rad * done.rate) * leg.axis_L.cross(p_L)};
 }
@@ -81,24 +81,27 @@ void ChaserProfile::begin_leg(Time time, ReferenceOrbit& orbit) {
 
 void ChaserProfile::advance(Time time, ReferenceOrbit& orbit) {
   while (leg_ + 1 < settings_.legs.size() && time >= leg_end_) {
-    const Leg& leg = settings_.legs[leg_];
-    if (const auto* close = std::get_if<CloseLeg>(&leg)) {
+    if (const auto* close = std::get_if<CloseLeg>(&settings_.legs[leg_])) {
       docking_m_ = close->to_range_m;
     } else if (!docking_m_) {
-      from_ = place(leg_end_, orbit.at(leg_end_));
+      from_ = left_behind(orbit.at(leg_end_));
     }
-    const bool keeps_speed = std::holds_alternative<StraightLeg>(leg) || std::holds_alternative<FlyAroundLeg>(leg);
-    if (keeps_speed && pace_.kind == PaceKind::constant)
-      from_.v_L = place(leg_end_ + Duration{-1}, orbit.at(leg_end_)).v_L;
     ++leg_;
     begin_leg(leg_end_, orbit);
   }
 }
 
+LocalState ChaserProfile::left_behind(const ReferenceOrbit::Now& target) {
+  LocalState end = place(leg_end_, target);
+  // At its very end a leg is at rest; with a constant pace it has been moving until then.
+  if (!flight_ && pace_.kind == PaceKind::constant) end.v_L = place(leg_end_ + Duration{-1}, target).v_L;
+  return end;
+}
+
 LocalState ChaserProfile::place(Time time, const ReferenceOrbit::Now& target) {
   const Leg& leg = settings_.legs[leg_];
   if (flight_) return local_state(flight_->at(time), target.state, target.il);
-  const Progress done = progress(pace_, (time - leg_start_).seconds());
+  const LegProgress done = progress(pace_, (time - leg_start_).seconds());
   if (const auto* straight = std::get_if<StraightLeg>(&leg)) {
     return on_line(from_.p_L, straight->to_L ? *straight->to_L : from_.p_L.normalized() * straight->to_range_m, done);
   }
@@ -113,7 +116,7 @@ Turning ChaserProfile::aim(const LocalState& camera) const {
 
 CameraMotion ChaserProfile::closing(double t_s, const Turning& lt) const {
   const auto* close = std::get_if<CloseLeg>(&settings_.legs[leg_]);
-  const Progress done = progress(pace_, t_s);
+  const LegProgress done = progress(pace_, t_s);
   if (docking_m_) {
     const double to_m = close != nullptr ? close->to_range_m : *docking_m_;
     const Vec3 p_T(0.0, 0.0, -(*docking_m_ + done.share * (to_m - *docking_m_)));

@@ -31,6 +31,7 @@ class ChaserProfile {
 
  private:
   [[nodiscard]] LocalState place(Time time, const ReferenceOrbit::Now& target);
+  [[nodiscard]] LocalState left_behind(const ReferenceOrbit::Now& target);
   [[nodiscard]] CameraMotion closing(double t_s, const Turning& lt) const;
   [[nodiscard]] Turning aim(const LocalState& camera) const;
   void begin_leg(Time time, ReferenceOrbit& orbit);

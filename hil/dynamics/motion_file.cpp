@@ -1,7 +1,9 @@
 #include "hil/dynamics/motion_file.hpp"
 
 #include <Eigen/Eigenvalues>
+#include <algorithm>
 #include <cmath>
+#include <stdexcept>
 
 #include "hil/dynamics/relative_motion.hpp"
 
@@ -157,11 +159,11 @@ TargetSettings read_target(const FileSection& section, bool orbit) {
 }
 
 /// `unit`: of the way, as it stands in the names of the keys.
-Pace read_pace(const FileSection& leg, const std::string& unit) {
+LegPace read_pace(const FileSection& leg, const std::string& unit) {
   const std::string speed_key = unit == "m" ? "speed_m_s" : "rate_deg_s";
   const std::string acceleration_key = unit == "m" ? "acceleration_m_s2" : "acceleration_deg_s2";
   const double scale = unit == "m" ? 1.0 : 1.0 / degrees_per_radian;
-  Pace pace;
+  LegPace pace;
   pace.kind = leg.word_or("pace", pace_words, PaceKind::smooth);
   const bool has_speed = leg.has(speed_key.c_str());
   if (has_speed == leg.has("duration_s"))
@@ -302,30 +304,42 @@ ChaserSettings read_chaser(const FileSection& section, bool orbit, const TargetS
   return chaser;
 }
 
-/// Flies it once: what only the course shows.
-void check_course(const FileSection& section, const FileSection& chaser, const MotionSettings& motion) {
+/// A leg that takes the camera nearer to the target than both of its ends are leads through it, or past it.
+void check_leg(RelativeMotion& course, const Leg& leg, Time begin, Time end) {
   constexpr std::int64_t samples = 64;
+  const double start_m = course.at(begin).t_CT.norm();
+  double least_m = start_m;
+  double last_m = start_m;
+  for (std::int64_t i = 1; i < samples; ++i) {
+    last_m = course.at(Time{begin.ns + (end.ns - begin.ns) / samples * i}).t_CT.norm();
+    least_m = std::min(least_m, last_m);
+  }
+  const bool free = std::holds_alternative<DriftLeg>(leg);
+  if (least_m < 1e-3 || (!free && least_m < 0.9 * std::min(start_m, last_m)))
+    throw std::domain_error(format_text("the leg leads past the target at %.3f m", least_m));
+}
+
+/// Flies it once: what only the course shows.
+void check_course(const FileSection& chaser, const MotionSettings& motion) {
   std::size_t leg = 0;
+  bool started = false;
   try {
     RelativeMotion course(motion, 1);
     const SceneState start = course.at(Time{0});
     if (start.t_CT.z() <= 0.0)
-      section.fail(chaser.map(), format_text("the target is %.3f m behind the camera at the start", -start.t_CT.z()),
-                   "a target ahead of it: z_C forward");
-    if (motion.chaser.orbit) return;
-    const std::size_t legs = motion.chaser.legs.size();
-    for (Time begin{0}, end = course.profile().leg_end(); begin < end; begin = end, end = course.profile().leg_end()) {
-      for (std::int64_t i = 1; i <= samples; ++i) {
-        leg = course.profile().leg();
-        const SceneState state = course.at(Time{begin.ns + (end.ns - begin.ns) / samples * i});
-        if (state.t_CT.norm() < 1e-3) throw std::domain_error("the camera comes to the target's origin");
-      }
-      static_cast<void>(course.at(end));
-      if (course.profile().leg() + 1 >= legs && course.profile().leg_end() == end) break;
+      chaser.fail(chaser.map(), format_text("the target is %.3f m behind the camera at the start", -start.t_CT.z()),
+                  "a target ahead of it: z_C forward");
+    started = true;
+    Time begin;
+    for (; !motion.chaser.orbit && leg < motion.chaser.legs.size(); ++leg) {
+      const Time end = course.profile().leg_end();
+      check_leg(course, motion.chaser.legs[leg], begin, end);
+      begin = end;
+      if (leg + 1 < motion.chaser.legs.size()) static_cast<void>(course.at(end));
     }
   } catch (const std::domain_error& error) {
     const YAML::Node legs = chaser.node("legs");
-    chaser.fail(legs && legs.size() > leg ? legs[leg] : chaser.map(), error.what(),
+    chaser.fail(started && legs && legs.size() > leg ? legs[leg] : chaser.map(), error.what(),
                 "a way around it, or another `down` (such as h-bar for ways in the plane of the orbit)");
   }
 }
@@ -356,7 +370,7 @@ MotionSettings read_motion(const FileSection& section) {
       section.section("chaser", {"range_m", "direction", "position_m", "down", "pointing", "angles_deg",
                                  "quaternion_xyzw", "rate_deg_s", "jitter", "legs", "orbit"});
   motion.chaser = read_chaser(chaser, motion.orbit.has_value(), motion.target);
-  check_course(section, chaser, motion);
+  check_course(chaser, motion);
   return motion;
 }
 

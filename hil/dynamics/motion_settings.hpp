@@ -21,18 +21,18 @@ struct HoldLeg {
 struct StraightLeg {
   std::optional<Vec3> to_L;
   double to_range_m = 0.0;
-  Pace pace;  ///< m
+  LegPace pace;  ///< m
 };
 /// On a circle about an axis through the target.
 struct FlyAroundLeg {
   Vec3 axis_L = Vec3::UnitY();
   double angle_rad = 0.0;
-  Pace pace;  ///< rad
+  LegPace pace;  ///< rad
 };
 /// From where the camera is to a range on the docking axis (-z_T), the camera's axes turning into those of T.
 struct CloseLeg {
   double to_range_m = 0.0;
-  Pace pace;  ///< m
+  LegPace pace;  ///< m
 };
 /// Free motion, beginning with the speed in L at which the leg before ended, or with the given one.
 struct DriftLeg {

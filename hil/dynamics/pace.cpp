@@ -4,7 +4,7 @@
 
 namespace relnav::hil {
 
-PlannedPace planned(const Pace& pace, double length) {
+PlannedPace planned(const LegPace& pace, double length) {
   constexpr double smooth_peak_over_mean = 1.875;
   PlannedPace plan{pace.kind, pace.duration_s, 0.0};
   if (pace.duration_s > 0.0 || length <= 0.0) return plan;
@@ -20,7 +20,7 @@ PlannedPace planned(const Pace& pace, double length) {
   return plan;
 }
 
-Progress progress(const PlannedPace& pace, double t_s) {
+LegProgress progress(const PlannedPace& pace, double t_s) {
   const double left_s = pace.duration_s - t_s;
   if (left_s <= 0.0) return {};
   const double tau = t_s / pace.duration_s;

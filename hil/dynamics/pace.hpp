@@ -7,7 +7,7 @@ namespace relnav::hil {
 enum class PaceKind { smooth, constant, trapezoid };
 
 /// Either the duration or the largest speed, and for the trapezoid its acceleration; lengths in the way's own unit.
-struct Pace {
+struct LegPace {
   PaceKind kind = PaceKind::smooth;
   double duration_s = 0.0;  ///< 0: as the speed asks
   double speed = 0.0;
@@ -20,13 +20,13 @@ struct PlannedPace {
   double ramp_s = 0.0;
 };
 
-struct Progress {
+struct LegProgress {
   double share = 1.0;  ///< of the way, 0 .. 1
   double rate = 0.0;   ///< 1/s
 };
 
-[[nodiscard]] PlannedPace planned(const Pace& pace, double length);
+[[nodiscard]] PlannedPace planned(const LegPace& pace, double length);
 /// `t_s` after the beginning; done from the duration on.
-[[nodiscard]] Progress progress(const PlannedPace& pace, double t_s);
+[[nodiscard]] LegProgress progress(const PlannedPace& pace, double t_s);
 
 }  // namespace relnav::hil

@@ -1,6 +1,7 @@
 #include <Eigen/LU>
 #include <cmath>
 
+#include "hil/dynamics/eclipse.hpp"
 #include "hil/dynamics/motion_file.hpp"
 #include "hil/dynamics/relative_motion.hpp"
 #include "hil/scenarios/table1_scenario.hpp"
@@ -190,5 +191,112 @@ TEST(DynamicsScenes, Table1IsThatOfTheScenario) {
     const SceneState s = course.at(time);
     check_vectors(expected.t_CT, s.t_CT, 1e-7);
     DOUBLES_EQUAL(0.0, (expected.R_CT - s.R_CT).norm(), 1e-12);
+  }
+}
+
+TEST(DynamicsScenes, AnApproachFromAboveHasTheEarthBehindTheTarget) {
+  const MotionSettings motion = motion_of(R"(motion:
+  orbit: {semi_major_axis_m: 6.8e6}
+  sun_C: [0, -1, 0]
+  target: {relative_to: lvlh, stabilised: lvlh}
+  chaser: {range_m: 30, direction: -r-bar, down: -v-bar}
+)");
+  const SceneState first = state(motion, 0.0);
+  for (const double t : {0.0, 700.0, 2000.0}) {
+    const SceneState s = state(motion, t);
+    check_vectors(Vec3(0.0, 0.0, 30.0), s.t_CT, 1e-8);
+    check_vectors(Vec3(0.0, 0.0, 6.8e6 + 30.0), s.earth_C, 1e-3);
+    check_vectors(first.R_CI.transpose() * Vec3(0.0, -1.0, 0.0), s.R_CI.transpose() * s.sun_C, 1e-12);
+    // z_T ahead along V-bar, which is up in the image; y_T down to the Earth.
+    check_vectors(Vec3(0.0, -1.0, 0.0), s.R_CT.col(2), 1e-9);
+    check_vectors(Vec3(0.0, 0.0, 1.0), s.R_CT.col(1), 1e-9);
+  }
+}
+
+TEST(DynamicsScenes, TheTargetPassesIntoShadow) {
+  const MotionSettings motion = motion_of(R"(motion:
+  orbit: {semi_major_axis_m: 6778137, inclination_deg: 20}
+  sun: {right_ascension_deg: 10, declination_deg: 5}
+  chaser: {range_m: 20}
+)");
+  const Vec3 sun_I(std::cos(5.0 / degrees_per_radian) * std::cos(10.0 / degrees_per_radian),
+                   std::cos(5.0 / degrees_per_radian) * std::sin(10.0 / degrees_per_radian),
+                   std::sin(5.0 / degrees_per_radian));
+  int dark = 0;
+  int half = 0;
+  int bright = 0;
+  RelativeMotion course(motion, 1);
+  for (int i = 0; i < 5560; ++i) {
+    const SceneState s = course.at(at_s(i));
+    DOUBLES_EQUAL(sunlight_at(orbit_state(*motion.orbit, i).r_I, sun_I), s.sunlight, 1e-9);
+    check_vectors(s.R_CI * sun_I, s.sun_C, 1e-12);
+    ++(s.sunlight == 0.0 ? dark : s.sunlight == 1.0 ? bright : half);
+  }
+  CHECK(dark > 2000 && dark < 2200);
+  CHECK(half > 10 && half < 30);
+}
+
+TEST(DynamicsScenes, ADriftIsThatOfClohessyAndWiltshire) {
+  const MotionSettings motion = motion_of(R"(motion:
+  orbit: {semi_major_axis_m: 6778137}
+  chaser:
+    position_m: [-100, 20, 30]
+    legs:
+      - drift: {duration_s: 600, velocity_m_s: [0.02, 0.01, -0.03]}
+      - hold: {duration_s: 10}
+)");
+  const LocalState start{Vec3(-100.0, 20.0, 30.0), Vec3(0.02, 0.01, -0.03)};
+  const double n = std::sqrt(earth_mu_m3_s2 / std::pow(6778137.0, 3));
+  const LocalState expected = clohessy_wiltshire(start, n, 600.0);
+  for (const double t : {600.0, 605.0, 700.0}) DOUBLES_EQUAL(expected.p_L.norm(), state(motion, t).t_CT.norm(), 2e-3);
+  DOUBLES_EQUAL(clohessy_wiltshire(start, n, 300.0).p_L.norm(), state(motion, 300.0).t_CT.norm(), 1e-3);
+}
+
+TEST(DynamicsScenes, WithoutAnOrbitADriftIsAStraightLine) {
+  const MotionSettings motion = motion_of(R"(motion:
+  chaser:
+    range_m: 10
+    pointing: fixed
+    angles_deg: [0, 5, 0]
+    legs:
+      - straight: {to_m: [0, 0, -8], speed_m_s: 0.1, pace: constant}
+      - drift: {duration_s: 20}
+)");
+  for (const double t : {0.0, 10.0, 20.0, 35.0}) {
+    const SceneState s = state(motion, t);
+    const Mat3 R_FC = rotation_of_angles(Vec3(0.0, 5.0, 0.0));
+    check_vectors(R_FC.transpose() * Vec3(0.0, 0.0, 10.0 - 0.1 * t), s.t_CT, 1e-9);  // with the speed of the line
+    check_vectors(R_FC.transpose() * Vec3(0.0, 0.0, -0.1), s.velocity_C, 1e-9);
+    DOUBLES_EQUAL(0.0, (s.R_CI - R_FC.transpose()).norm(), 1e-12);
+    CHECK(s.earth_C.z() < -1e11);
+  }
+}
+
+TEST(DynamicsScenes, ATargetIsStabilisedAgainstWhatIsNamed) {
+  const auto flown = [](const std::string& target) {
+    return states(
+        motion_of("motion:\n  orbit: {j2: true, inclination_deg: 50}\n  target: {" + target +
+                  "}\n  chaser: {range_m: 20, legs: [fly_around: {axis: r-bar, angle_deg: 90, duration_s: 90}]}\n"),
+        1, {0.0, 40.0, 120.0});
+  };
+  const Mat3 angles = rotation_of_angles(Vec3(10.0, 20.0, 30.0));
+  for (const SceneState& s : flown("angles_deg: [10, 20, 30], stabilised: camera"))
+    DOUBLES_EQUAL(0.0, (s.R_CT - angles).norm(), 1e-12);
+  const auto still = flown("angles_deg: [10, 20, 30], stabilised: inertial");
+  for (const SceneState& s : still)
+    DOUBLES_EQUAL(0.0, (s.R_CI.transpose() * s.R_CT - still[0].R_CI.transpose() * angles).norm(), 1e-12);
+  const auto local = flown("relative_to: lvlh, angles_deg: [10, 20, 30], stabilised: camera");
+  DOUBLES_EQUAL(0.0, (local[0].R_CT - local[2].R_CT).norm(), 1e-12);
+  // The camera stands on -V-bar there, with its down on R-bar: x is H-bar, y R-bar, z V-bar.
+  DOUBLES_EQUAL(0.0, (forward_in_lvlh() * local[0].R_CT - angles * forward_in_lvlh()).norm(), 1e-12);
+}
+
+TEST(DynamicsScenes, ACameraOnItsOwnOrbitFollowsTheTarget) {
+  const MotionSettings motion =
+      motion_of(replaced(replaced(table1, "pointing: lvlh", "pointing: target"), "rate_deg_s: [1e-4, 1e-4, 1e-4]", ""));
+  for (const double t : {0.0, 500.0, 3000.0}) {
+    const Vec3 t_CT = rotation_of_angles(Vec3(0.1, 0.1, 0.1)) * state(motion, t).t_CT;
+    DOUBLES_EQUAL(0.0, std::hypot(t_CT.x(), t_CT.y()), 1e-6);
+    DOUBLES_EQUAL(table1_pose(at_s(t)).t_CT.norm(), t_CT.z(), 1e-6);
   }
 }
