@@ -244,7 +244,7 @@ SimulationScenario read_scenario(const std::string& path, RunNumber run) {
                                                  {"count", "sigma_px", "first_view_sigma_px", "outlier_share",
                                                   "outlier_px", "missed_share", "body_points", "half_size_m"}));
   }
-  s.render = root.node("render");
+  if (root.has("render")) s.render = root.node("render");
   s.faults = read_faults(path, root.node("faults"));
   s.reference = read_reference(path, root.node("reference"));
   read_errors(root, path, s);
