@@ -11,9 +11,9 @@ inline constexpr double earth_radius = 6.371e6;    ///< m
 
 /// What shines on the target, in T. Radiances are in units of that of a white, matt surface that faces the sun.
 struct Lighting {
-  Vec3f sun_T;             ///< to the sun's centre
+  Vec3f sun_T{};           ///< to the sun's centre
   float sunlight = 1.0F;   ///< share of the disc that is free
-  Vec3f earth_T;           ///< to the Earth's centre
+  Vec3f earth_T{};         ///< to the Earth's centre
   float earth_sin = 0.0F;  ///< of the angle that the Earth's radius fills
   float earth_cos = 1.0F;
   float earth_radiance = 0.0F;  ///< mean of the part that is in view
@@ -29,7 +29,7 @@ inline float radiance_of(const Surface& surface, const Material& material, const
   Vec3f n = surface.normal_T;
   const float facing = std::max(dot(surface.face_T, to_viewer_T), 0.05F);
   float base = material.base;
-  float metallic = material.metallic;
+  const float metallic = material.metallic;
   const float width = material.roughness * material.roughness;
   // The sun is no point: the half vector scatters by a quarter of its radius along each axis.
   constexpr float of_disc = static_cast<float>(sun_radius_rad * sun_radius_rad / 8.0);
@@ -37,11 +37,10 @@ inline float radiance_of(const Surface& surface, const Material& material, const
   if (texture != nullptr) {
     // The longer axis of the footprint grows with 1 / facing, the shorter does not: in between.
     const Texel texel = texture->at(surface.u, surface.v, footprint * surface.per_metre / std::sqrt(facing));
-    base = std::min(base * texel.base, 1.0F);
-    metallic *= texel.metallic;
-    alpha2 += texel.alpha2;
+    base = std::min(base * texel.base(), 1.0F);
+    alpha2 += texel.alpha2();
     const Vec3f s = normalized(surface.along_u_T - dot(surface.along_u_T, n) * n);
-    n = normalized(n + texel.tilt_u * s + texel.tilt_v * cross(n, s));
+    n = normalized(n + texel.tilt_u() * s + texel.tilt_v() * cross(n, s));
   }
   alpha2 = std::min(alpha2, 1.0F);
   const float nv = std::max(dot(n, to_viewer_T), 0.05F);

@@ -101,7 +101,7 @@ void draw_lights(const TargetModel& lights, float radiance, const ViewOfRows& vi
     const std::vector<DiscPoint> disc = disc_points(rings);
     for (std::size_t first = 0; first < disc.size(); first += RayPacket::size) {
       const std::size_t n = std::min(RayPacket::size, disc.size() - first);
-      RayPacket rays{};
+      RayPacket rays;
       for (std::size_t i = 0; i < n; ++i) {
         const Vec3f to_point_T = to_float(Vec3(on_circle(disc[first + i].x, disc[first + i].y) - camera_T));
         rays.set(i, centre->view->camera_T, to_point_T, static_cast<float>(1.0 - 1.05 * ratio));

@@ -14,9 +14,9 @@ struct Triangle {
 };
 
 struct Vertex {
-  Vec3f p_T;       ///< m
-  Vec3f normal_T;  ///< unit length
-  float u = 0.0F;  ///< texture; in metres for every pattern but `image`
+  Vec3f p_T{};       ///< m
+  Vec3f normal_T{};  ///< unit length
+  float u = 0.0F;    ///< texture; in metres for every pattern but `image`
   float v = 0.0F;
 };
 

@@ -99,9 +99,11 @@ MeshScene::MeshScene(Mesh mesh, const std::vector<Ball>& balls)
     const Vec3f ab = b.p_T - a.p_T;
     const Vec3f ac = c.p_T - a.p_T;
     const float det = (b.u - a.u) * (c.v - a.v) - (c.u - a.u) * (b.v - a.v);
-    const float area = norm(cross(ab, ac));
-    per_metre_.push_back(area > 0.0F ? std::sqrt(std::fabs(det) / area) : 1.0F);
-    along_u_T_.push_back(normalized(std::copysign(1.0F, det) * ((c.v - a.v) * ab - (b.v - a.v) * ac)));
+    const Vec3f across = cross(ab, ac);
+    const float area = norm(across);
+    facets_.push_back({normalized(across), triangle.material});
+    laid_.push_back({normalized(std::copysign(1.0F, det) * ((c.v - a.v) * ab - (b.v - a.v) * ac)),
+                     area > 0.0F ? std::sqrt(std::fabs(det) / area) : 1.0F});
   }
 
   RTCGeometry triangles = rtcNewGeometry(embree_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
@@ -143,7 +145,7 @@ MeshScene::MeshScene(Mesh mesh, const std::vector<Ball>& balls)
 
 MeshScene::~MeshScene() = default;
 
-void MeshScene::trace(const RayPacket& rays, std::array<Surface, RayPacket::size>& met) const {
+void MeshScene::trace(const RayPacket& rays, std::array<Hit, RayPacket::size>& met) const {
   RTCIntersectContext context = context_of(true);
   RTCRayHit8 query;
   copy_rays(rays, query.ray);
@@ -151,37 +153,48 @@ void MeshScene::trace(const RayPacket& rays, std::array<Surface, RayPacket::size
   for (unsigned& id : query.hit.instID[0]) id = RTC_INVALID_GEOMETRY_ID;
   rtcIntersect8(rays.is_used.data(), embree_->scene, &context, &query);
   for (std::size_t i = 0; i < RayPacket::size; ++i) {
-    Surface& surface = met[i];
+    Hit& hit = met[i];
     if (rays.is_used[i] == 0 || query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
-      surface.material = Surface::none;
+      hit.material = Hit::nothing;
       continue;
     }
     const Vec3f toward_T{rays.toward_x[i], rays.toward_y[i], rays.toward_z[i]};
     const Vec3f origin_T{rays.origin_x[i], rays.origin_y[i], rays.origin_z[i]};
-    surface.depth = query.ray.tfar[i];
-    surface.p_T = origin_T + surface.depth * toward_T;
-    surface.face_T = normalized({query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]});
-    if (dot(surface.face_T, toward_T) > 0.0F) surface.face_T = -surface.face_T;
+    hit.depth = query.ray.tfar[i];
+    hit.p_T = origin_T + hit.depth * toward_T;
     if (query.hit.geomID[i] == of_balls) {
-      surface.material = Surface::ball;
+      hit.material = Hit::ball;
+      hit.face_T = normalized({query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]});
       continue;
     }
-    const std::uint32_t which = query.hit.primID[i];
-    const Triangle& triangle = mesh_.triangles[which];
-    const Vertex& a = mesh_.vertices[triangle.corners[0]];
-    const Vertex& b = mesh_.vertices[triangle.corners[1]];
-    const Vertex& c = mesh_.vertices[triangle.corners[2]];
-    const float wb = query.hit.u[i];
-    const float wc = query.hit.v[i];
-    const float wa = 1.0F - wb - wc;
-    surface.material = triangle.material;
-    surface.normal_T = normalized(wa * a.normal_T + wb * b.normal_T + wc * c.normal_T);
-    if (dot(surface.normal_T, surface.face_T) < 0.0F) surface.normal_T = -surface.normal_T;
-    surface.u = wa * a.u + wb * b.u + wc * c.u;
-    surface.v = wa * a.v + wb * b.v + wc * c.v;
-    surface.along_u_T = along_u_T_[which];
-    surface.per_metre = per_metre_[which];
+    hit.triangle = query.hit.primID[i];
+    hit.weight_b = query.hit.u[i];
+    hit.weight_c = query.hit.v[i];
+    const Facet& facet = facets_[hit.triangle];
+    hit.material = facet.material;
+    hit.face_T = dot(facet.face_T, toward_T) > 0.0F ? -facet.face_T : facet.face_T;
   }
+}
+
+Surface MeshScene::surface_at(const Hit& hit) const {
+  const Triangle& triangle = mesh_.triangles[hit.triangle];
+  const Vertex& a = mesh_.vertices[triangle.corners[0]];
+  const Vertex& b = mesh_.vertices[triangle.corners[1]];
+  const Vertex& c = mesh_.vertices[triangle.corners[2]];
+  const float wb = hit.weight_b;
+  const float wc = hit.weight_c;
+  const float wa = 1.0F - wb - wc;
+  Surface surface;
+  surface.material = triangle.material;
+  surface.depth = hit.depth;
+  surface.face_T = hit.face_T;
+  surface.normal_T = normalized(wa * a.normal_T + wb * b.normal_T + wc * c.normal_T);
+  if (dot(surface.normal_T, surface.face_T) < 0.0F) surface.normal_T = -surface.normal_T;
+  surface.u = wa * a.u + wb * b.u + wc * c.u;
+  surface.v = wa * a.v + wb * b.v + wc * c.v;
+  surface.along_u_T = laid_[hit.triangle].along_u_T;
+  surface.per_metre = laid_[hit.triangle].per_metre;
+  return surface;
 }
 
 std::uint32_t MeshScene::blocked(const RayPacket& rays, bool is_coherent) const {

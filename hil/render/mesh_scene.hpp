@@ -10,7 +10,7 @@
 namespace relnav::hil {
 
 struct Ball {
-  Vec3f centre_T;
+  Vec3f centre_T{};
   float radius = 0.0F;
 };
 
@@ -21,6 +21,10 @@ struct alignas(32) RayPacket {
   std::array<float, size> toward_x, toward_y, toward_z;
   std::array<float, size> longest;
   std::array<std::int32_t, size> is_used;  ///< 0 or -1
+
+  RayPacket() {
+    is_used.fill(0);
+  }  // of unused rays nothing is read, and filling all of them takes longer than tracing some
 
   void set(std::size_t i, Vec3f origin_T, Vec3f toward_T, float t) {
     origin_x[i] = origin_T.x;
@@ -35,13 +39,26 @@ struct alignas(32) RayPacket {
 };
 
 /// What a ray meets first.
-struct Surface {
-  static constexpr std::uint32_t none = 0xFFFFFFFFU;
-  static constexpr std::uint32_t ball = 0xFFFFFFFEU;
-  std::uint32_t material = none;  ///< position in Mesh::materials, or one of the above
-  float depth = 0.0F;             ///< in lengths of the ray's direction
+struct Hit {
+  static constexpr std::uint32_t nothing = 0x7FFFFFFFU;
+  static constexpr std::uint32_t ball = 0x7FFFFFFEU;
+  static constexpr std::uint32_t lit = 0x80000000U;  ///< a mark that users may set on a material
+  std::uint32_t material = nothing;                  ///< position in Mesh::materials, or one of the above
+  std::uint32_t triangle = 0;                        ///< position in Mesh::triangles
+  float depth = 0.0F;                                ///< in lengths of the ray's direction
+  float weight_b = 0.0F;                             ///< of the triangle's second and third corner
+  float weight_c = 0.0F;
   Vec3f p_T;
-  Vec3f face_T;     ///< unit normal of the triangle, toward the viewer
+  Vec3f face_T;  ///< unit normal of the triangle, toward the viewer
+
+  Hit() {}  // NOLINT(modernize-use-equals-default): nothing is set, as trace() sets what counts
+};
+
+/// All that light needs to know of a place on the mesh.
+struct Surface {
+  std::uint32_t material = 0;
+  float depth = 0.0F;
+  Vec3f face_T;     ///< as in Hit
   Vec3f normal_T;   ///< smoothed, on the side of face_T
   Vec3f along_u_T;  ///< unit vector along the texture's u
   float u = 0.0F;
@@ -59,7 +76,9 @@ class MeshScene {
   MeshScene& operator=(const MeshScene&) = delete;
 
   /// Unused rays meet nothing.
-  void trace(const RayPacket& rays, std::array<Surface, RayPacket::size>& met) const;
+  void trace(const RayPacket& rays, std::array<Hit, RayPacket::size>& met) const;
+  /// Of a hit on a triangle.
+  [[nodiscard]] Surface surface_at(const Hit& hit) const;
   /// Bit i: something is in the way of ray i between 0 and its `longest`.
   [[nodiscard]] std::uint32_t blocked(const RayPacket& rays, bool is_coherent) const;
 
@@ -73,8 +92,16 @@ class MeshScene {
   std::unique_ptr<Embree> embree_;
   Mesh mesh_;
   std::vector<std::shared_ptr<const Texture>> textures_;
-  std::vector<Vec3f> along_u_T_;  // of each triangle
-  std::vector<float> per_metre_;
+  struct Facet {
+    Vec3f face_T;
+    std::uint32_t material;
+  };
+  struct Laid {  // texture on a triangle
+    Vec3f along_u_T;
+    float per_metre;
+  };
+  std::vector<Facet> facets_;  // of each triangle: what every ray needs, apart
+  std::vector<Laid> laid_;
   Ball bounds_;
 };
 

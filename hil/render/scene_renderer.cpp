@@ -27,16 +27,16 @@ constexpr std::uint32_t tile_height = 16;
 
 /// What a pixel's central ray met: as much of it as tells whether an edge runs between it and its neighbour.
 struct Seen {
-  Vec3f p_T;
-  Vec3f face_T;
-  std::uint32_t material = Surface::none;
-  bool is_lit = false;
+  Vec3f p_T{};
+  Vec3f face_T{};
+  std::uint32_t material = Hit::nothing;
+  float radiance = 0.0F;
 };
 
 /// A rectangle of pixels and the cone that their rays fill.
 struct Tile {
   std::uint32_t u0, v0, u1, v1;
-  Vec3f axis_C;
+  Vec3f axis_C{};
   float half_angle = 0.0F;
   bool is_seen = false;
 };
@@ -56,7 +56,7 @@ std::vector<Tile> tiles_of(const RayTable& rays) {
     for (std::uint32_t u = 0; u < rays.width(); u += tile_width) {
       Tile tile{u,    v,    std::min(u + tile_width, rays.width()), std::min(v + tile_height, rays.height()), {},
                 0.0F, false};
-      Vec3f sum;
+      Vec3f sum{};
       for (std::uint32_t y = tile.v0; y < tile.v1; ++y) {
         for (std::uint32_t x = tile.u0; x < tile.u1; ++x) {
           if (!rays.is_seen(x, y)) continue;
@@ -78,37 +78,36 @@ std::vector<Tile> tiles_of(const RayTable& rays) {
   return tiles;
 }
 
-/// Places in a pixel, -0.5 .. 0.5, and on the sun's disc, of sample i of n: Hammersley's points (Niederreiter 1992), so that
-/// no two of them share a column or a row.
+/// Where in a pixel a ray goes, -0.5 .. 0.5, and where on the sun's disc its shadow's ray, in radii.
 struct SamplePlace {
   float du, dv;
-  float sun_radius, sun_angle;
+  float sun_s, sun_t;
 };
+/// Hammersley's points (Niederreiter, 1992, chapter 3): no two of them share a column or a row. Centred, as radical inverses
+/// are short of a half by half a step on average.
 std::vector<SamplePlace> sample_places(std::uint32_t n) {
   std::vector<SamplePlace> places;
+  std::uint32_t power = 1;
+  while (power < n) power *= 2;
+  const auto count = static_cast<float>(n);
   for (std::uint32_t i = 0; i < n; ++i) {
-    float inverse = 0.0F;
+    float inverse = 0.5F / static_cast<float>(power);
     float digit = 0.5F;
     for (std::uint32_t k = i; k != 0; k >>= 1U, digit *= 0.5F) inverse += (k & 1U) != 0U ? digit : 0.0F;
-    // Centred: the mean of radical inverses is short of a half by half a step.
-    std::uint32_t power = 1;
-    while (power < n) power *= 2;
-    const auto count = static_cast<float>(n);
-    places.push_back({(static_cast<float>(i) + 0.5F) / count - 0.5F, inverse + 0.5F / static_cast<float>(power) - 0.5F,
-                      std::sqrt((static_cast<float>((i * 5U + 3U) % n) + 0.5F) / count),
-                      2.39996323F * static_cast<float>(i)});
+    const float radius = std::sqrt((static_cast<float>((i * 5U + 3U) % n) + 0.5F) / count);
+    const float angle = 2.39996323F * static_cast<float>(i);  // the golden angle
+    places.push_back({(static_cast<float>(i) + 0.5F) / count - 0.5F, inverse - 0.5F, radius * std::cos(angle),
+                      radius * std::sin(angle)});
   }
   return places;
 }
 
 /// Rays of a pixel that met the same piece of surface, which is shaded once.
 struct Cluster {
-  Surface surface;  // its place and normals are sums
-  float rays = 0.0F;
-  float lit = 0.0F;
-  float same_texture = 0.0F;  // rays whose texture coordinates are in the sum
-  float u = 0.0F;
-  float v = 0.0F;
+  Hit hit;  // the first of them; its place, and that on its triangle, become sums
+  float rays;
+  float lit;
+  float same_triangle;
 };
 
 }  // namespace
@@ -123,12 +122,14 @@ struct SceneRenderer::State {
   PointSpreadFilter spread;
   Sensor sensor;
   std::vector<Tile> tiles;
-  std::vector<char> shows_target;  // each tile, in this exposure
+  std::vector<char> shows_target;  // each tile, at this instant: a ray met it
   std::vector<Seen> seen;
   std::vector<float> behind;  // radiance of the sky in each pixel
-  Plane now;                  // an instant
-  Plane sharp;                // the exposure
-  Plane points;               // lights and stars, spread
+  static constexpr std::size_t sun_bases = 32;
+  std::array<Vec3f, 2 * sun_bases> sun_base_T;  // pairs across the way to the sun, as long as its radius, each turned
+  Plane now;                                    // an instant
+  Plane sharp;                                  // the exposure
+  Plane points;                                 // lights and stars, spread
   Plane blurred;
 
   State(const RenderSettings& s, const CameraModel& c, const TargetModel* l, std::uint64_t seed, Mesh mesh)
@@ -150,18 +151,18 @@ struct SceneRenderer::State {
   [[nodiscard]] std::size_t at(std::uint32_t u, std::uint32_t v) const {
     return static_cast<std::size_t>(v) * rays.width() + u;
   }
-  [[nodiscard]] float shade(const Surface& surface, const View& view, Vec3f toward_T, float lit, float angle) const {
-    if (surface.material == Surface::ball) return 0.0F;  // drawn apart: marker_lights.hpp
+  [[nodiscard]] float shade(const Hit& hit, const View& view, Vec3f toward_T, float lit, float angle) const {
+    if (hit.material == Hit::ball) return 0.0F;  // drawn apart: marker_lights.hpp
+    const Surface surface = scene.surface_at(hit);
     return radiance_of(surface, scene.mesh().materials[surface.material], scene.texture(surface.material), view.light,
                        -toward_T, lit, surface.depth * angle);
   }
-  static Vec3f off_surface(const Surface& surface) {
-    return surface.p_T + (2e-4F + 1e-6F * surface.depth) * surface.face_T;
-  }
+  static Vec3f off_surface(const Hit& hit) { return hit.p_T + (2e-4F + 1e-6F * hit.depth) * hit.face_T; }
 
-  void trace_block(const ViewOfRows& views, std::uint32_t u0, std::uint32_t v0, const Tile& tile) {
-    RayPacket query{};
-    std::array<Surface, packet> met;
+  /// Whether any of its rays met something.
+  bool trace_block(const ViewOfRows& views, std::uint32_t u0, std::uint32_t v0, const Tile& tile) {
+    RayPacket query;
+    std::array<Hit, packet> met;
     for (std::uint32_t i = 0; i < packet; ++i) {
       const std::uint32_t u = u0 + i % 4;
       const std::uint32_t v = v0 + i / 4;
@@ -170,10 +171,12 @@ struct SceneRenderer::State {
       query.set(i, view.camera_T, view.R_TC * rays.centre(u, v), 1e9F);
     }
     scene.trace(query, met);
-    RayPacket to_sun{};
+    RayPacket to_sun;
     bool any = false;
+    bool any_hit = false;
     for (std::uint32_t i = 0; i < packet; ++i) {
-      if (met[i].material == Surface::none) continue;
+      if (met[i].material == Hit::nothing) continue;
+      any_hit = true;
       const Lighting& light = views.of(v0 + i / 4).light;
       if (light.sunlight <= 0.0F || dot(met[i].face_T, light.sun_T) <= 0.0F) continue;
       to_sun.set(i, off_surface(met[i]), light.sun_T, 1e9F);
@@ -184,20 +187,22 @@ struct SceneRenderer::State {
       const std::uint32_t u = u0 + i % 4;
       const std::uint32_t v = v0 + i / 4;
       if (u >= tile.u1 || v >= tile.v1) continue;
-      const Surface& surface = met[i];
+      const Hit& hit = met[i];
       const std::size_t k = at(u, v);
       Seen& s = seen[k];
-      s.material = surface.material;
-      if (surface.material == Surface::none) {
-        now.values[k] = behind[k];
-        continue;
+      s.material = hit.material;
+      s.radiance = behind[k];
+      if (hit.material != Hit::nothing) {
+        s.p_T = hit.p_T;
+        s.face_T = hit.face_T;
+        const bool is_lit = to_sun.is_used[i] != 0 && (shadowed >> i & 1U) == 0U;
+        const Vec3f toward_T{query.toward_x[i], query.toward_y[i], query.toward_z[i]};
+        s.radiance = shade(hit, views.of(v), toward_T, is_lit ? 1.0F : 0.0F, rays.pixel_angle(u, v));
+        if (is_lit) s.material |= Hit::lit;
       }
-      s.p_T = surface.p_T;
-      s.face_T = surface.face_T;
-      s.is_lit = to_sun.is_used[i] != 0 && (shadowed >> i & 1U) == 0U;
-      const Vec3f toward_T{query.toward_x[i], query.toward_y[i], query.toward_z[i]};
-      now.values[k] = shade(surface, views.of(v), toward_T, s.is_lit ? 1.0F : 0.0F, rays.pixel_angle(u, v));
+      now.values[k] = s.radiance;
     }
+    return any_hit;
   }
 
   void trace_tile(std::size_t which, const ViewOfRows& views, const Sky& sky) {
@@ -217,111 +222,135 @@ struct SceneRenderer::State {
       const float angle = std::acos(std::clamp(dot(tile.axis_C, to_centre_C) / distance, -1.0F, 1.0F));
       return angle < tile.half_angle + std::asin(bounds.radius / distance);
     };
-    shows_target[which] = tile.is_seen && (meets(views.of(tile.v0)) || meets(views.of(tile.v1 - 1))) ? 1 : 0;
-    if (shows_target[which] != 0) {
+    shows_target[which] = 0;
+    if (tile.is_seen && (meets(views.of(tile.v0)) || meets(views.of(tile.v1 - 1)))) {
       for (std::uint32_t v = tile.v0; v < tile.v1; v += 2) {
-        for (std::uint32_t u = tile.u0; u < tile.u1; u += 4) trace_block(views, u, v, tile);
+        for (std::uint32_t u = tile.u0; u < tile.u1; u += 4) {
+          if (trace_block(views, u, v, tile)) shows_target[which] = 1;
+        }
       }
       return;
     }
     for (std::uint32_t v = tile.v0; v < tile.v1; ++v) {
       for (std::uint32_t u = tile.u0; u < tile.u1; ++u) {
-        seen[at(u, v)].material = Surface::none;
+        seen[at(u, v)].material = Hit::nothing;
+        seen[at(u, v)].radiance = behind[at(u, v)];
         now.values[at(u, v)] = behind[at(u, v)];
       }
     }
   }
 
-  /// Half a pixel's footprint out of plane, 15 deg, another material, or another light.
+  /// It, or a tile beside it: an edge may run along the border between them.
+  [[nodiscard]] bool is_near_target(std::size_t which) const {
+    const std::size_t across = (rays.width() + tile_width - 1) / tile_width;
+    const std::size_t column = which % across;
+    return shows_target[which] != 0 || (column > 0 && shows_target[which - 1] != 0) ||
+           (column + 1 < across && shows_target[which + 1] != 0) ||
+           (which >= across && shows_target[which - across] != 0) ||
+           (which + across < tiles.size() && shows_target[which + across] != 0);
+  }
+  /// Half a pixel's footprint out of plane, 15 deg, another material, or another light; and to be seen.
   [[nodiscard]] static bool differ(const Seen& a, const Seen& b, float footprint) {
+    if (std::fabs(a.radiance - b.radiance) <= 0.02F * (a.radiance + b.radiance) + 1e-4F) return false;
     if (a.material != b.material) return true;
-    if (a.material == Surface::none) return false;
-    return a.is_lit != b.is_lit || dot(a.face_T, b.face_T) < 0.966F ||
-           std::fabs(dot(a.face_T, b.p_T - a.p_T)) > 0.5F * footprint;
+    return a.material != Hit::nothing &&
+           (dot(a.face_T, b.face_T) < 0.966F || std::fabs(dot(a.face_T, b.p_T - a.p_T)) > 0.5F * footprint);
   }
   [[nodiscard]] bool is_edge(std::uint32_t u, std::uint32_t v, const View& view) const {
     const Seen& s = seen[at(u, v)];
-    const float footprint = s.material == Surface::none ? 0.0F : norm(s.p_T - view.camera_T) * rays.pixel_angle(u, v);
+    const float footprint = s.material == Hit::nothing ? 0.0F : norm(s.p_T - view.camera_T) * rays.pixel_angle(u, v);
     return (u > 0 && differ(s, seen[at(u - 1, v)], footprint)) ||
            (u + 1 < rays.width() && differ(s, seen[at(u + 1, v)], footprint)) ||
            (v > 0 && differ(s, seen[at(u, v - 1)], footprint)) ||
            (v + 1 < rays.height() && differ(s, seen[at(u, v + 1)], footprint));
   }
 
-  float supersampled(std::uint32_t u, std::uint32_t v, const View& view, const std::vector<SamplePlace>& places) const {
+  /// Whether pixels around, too, have the same side of the surface in the same light: no edge of a shadow in between.
+  enum class Shadow : std::uint8_t { no, yes, ask };
+  [[nodiscard]] Shadow shadow_around(std::uint32_t u, std::uint32_t v, const View& view) const {
+    bool any_lit = false;
+    bool any_shadowed = false;
+    for (std::uint32_t y = v > 0 ? v - 1 : 0; y <= std::min(v + 1, rays.height() - 1); ++y) {
+      for (std::uint32_t x = u > 0 ? u - 1 : 0; x <= std::min(u + 1, rays.width() - 1); ++x) {
+        const Seen& s = seen[at(x, y)];
+        if (s.material == Hit::nothing || dot(s.face_T, view.light.sun_T) <= 0.0F) continue;
+        ((s.material & Hit::lit) != 0U ? any_lit : any_shadowed) = true;
+      }
+    }
+    if (any_lit == any_shadowed) return Shadow::ask;
+    return any_lit ? Shadow::no : Shadow::yes;
+  }
+
+  [[nodiscard]] float supersampled(std::uint32_t u, std::uint32_t v, const View& view,
+                                   const std::vector<SamplePlace>& places) const {
     const float angle = rays.pixel_angle(u, v);
-    const float turn = 6.2831853F * unit_hash(static_cast<std::uint32_t>(at(u, v)));
-    Vec3f s_T;
-    Vec3f t_T;
-    base_around(view.light.sun_T, s_T, t_T);
+    const Vec3f sun_T = view.light.sun_T;
+    const bool has_sun = view.light.sunlight > 0.0F;
+    const Shadow shadow = has_sun ? shadow_around(u, v, view) : Shadow::yes;
+    // Each pixel has the sun's disc turned in its own way, or penumbras would show steps.
+    const auto turn = static_cast<std::size_t>(hashed(static_cast<std::uint32_t>(at(u, v))) % sun_bases);
+    const Vec3f s_T = sun_base_T[2 * turn];
+    const Vec3f t_T = sun_base_T[2 * turn + 1];
     std::array<Cluster, packet> clusters;
     std::size_t used = 0;
     float missed = 0.0F;
     for (std::size_t first = 0; first < places.size(); first += packet) {
-      RayPacket query{};
-      std::array<Surface, packet> met;
+      RayPacket query;
+      std::array<Hit, packet> met;
       for (std::size_t i = 0; i < packet; ++i) {
         const SamplePlace& place = places[first + i];
-        query.set(i, view.camera_T, normalized(view.R_TC * rays.off_centre(u, v, place.du, place.dv)), 1e9F);
+        query.set(i, view.camera_T, view.R_TC * rays.off_centre(u, v, place.du, place.dv), 1e9F);
       }
       scene.trace(query, met);
-      RayPacket to_sun{};
-      bool any = false;
-      for (std::size_t i = 0; i < packet; ++i) {
-        if (met[i].material == Surface::none || view.light.sunlight <= 0.0F ||
-            dot(met[i].face_T, view.light.sun_T) <= 0.0F) {
-          continue;
+      std::uint32_t lit = 0;
+      if (shadow != Shadow::yes) {
+        RayPacket to_sun;
+        for (std::size_t i = 0; i < packet; ++i) {
+          if (met[i].material >= Hit::ball || dot(met[i].face_T, sun_T) <= 0.0F) continue;
+          lit |= 1U << i;
+          if (shadow == Shadow::no) continue;
+          const SamplePlace& place = places[first + i];
+          to_sun.set(i, off_surface(met[i]), sun_T + place.sun_s * s_T + place.sun_t * t_T, 1e9F);
         }
-        const SamplePlace& place = places[first + i];
-        const float radius = static_cast<float>(sun_radius_rad) * place.sun_radius;
-        const Vec3f sun_T = view.light.sun_T + radius * std::cos(place.sun_angle + turn) * s_T +
-                            radius * std::sin(place.sun_angle + turn) * t_T;
-        to_sun.set(i, off_surface(met[i]), sun_T, 1e9F);
-        any = true;
+        if (shadow == Shadow::ask && lit != 0U) lit &= ~scene.blocked(to_sun, true);
       }
-      const std::uint32_t shadowed = any ? scene.blocked(to_sun, true) : 0U;
       for (std::size_t i = 0; i < packet; ++i) {
-        const Surface& surface = met[i];
-        if (surface.material == Surface::none) {
+        const Hit& hit = met[i];
+        if (hit.material == Hit::nothing) {
           missed += 1.0F;
           continue;
         }
-        if (surface.material == Surface::ball) continue;  // opaque, and drawn apart
+        if (hit.material == Hit::ball) continue;  // opaque, and drawn apart
         std::size_t c = 0;
-        while (c < used && !(clusters[c].surface.material == surface.material &&
-                             dot(clusters[c].surface.face_T, surface.face_T) > 0.95F)) {
+        while (c < used &&
+               !(clusters[c].hit.material == hit.material && dot(clusters[c].hit.face_T, hit.face_T) > 0.95F)) {
           ++c;
-        }
-        if (c == used && used < packet) {
-          clusters[used++] = Cluster{surface, 0.0F, 0.0F, 0.0F, 0.0F, 0.0F};
-          clusters[c].surface.p_T = clusters[c].surface.normal_T = Vec3f{};
         }
         c = std::min(c, packet - 1);  // more than eight kinds in a pixel: the last one takes them
         Cluster& cluster = clusters[c];
-        cluster.rays += 1.0F;
-        cluster.lit += to_sun.is_used[i] != 0 && (shadowed >> i & 1U) == 0U ? 1.0F : 0.0F;
-        cluster.surface.p_T = cluster.surface.p_T + surface.p_T;
-        cluster.surface.normal_T = cluster.surface.normal_T + surface.normal_T;
-        const float reach = 6.0F * surface.depth * angle * surface.per_metre;
-        if (std::fabs(surface.u - cluster.surface.u) + std::fabs(surface.v - cluster.surface.v) < reach) {
-          cluster.u += surface.u;
-          cluster.v += surface.v;
-          cluster.same_texture += 1.0F;
+        if (c == used) {
+          ++used;
+          cluster = Cluster{hit, 1.0F, 0.0F, 1.0F};
+        } else {
+          cluster.rays += 1.0F;
+          cluster.hit.p_T = cluster.hit.p_T + hit.p_T;
+          if (cluster.hit.triangle == hit.triangle) {
+            cluster.hit.weight_b += hit.weight_b;
+            cluster.hit.weight_c += hit.weight_c;
+            cluster.same_triangle += 1.0F;
+          }
         }
+        cluster.lit += (lit >> i & 1U) != 0U ? 1.0F : 0.0F;
       }
     }
     float sum = missed * behind[at(u, v)];
     for (std::size_t c = 0; c < used; ++c) {
       Cluster& cluster = clusters[c];
-      Surface surface = cluster.surface;
-      surface.p_T = (1.0F / cluster.rays) * surface.p_T;
-      surface.normal_T = normalized(surface.normal_T);
-      if (cluster.same_texture > 0.0F) {
-        surface.u = cluster.u / cluster.same_texture;
-        surface.v = cluster.v / cluster.same_texture;
-      }
+      cluster.hit.p_T = (1.0F / cluster.rays) * cluster.hit.p_T;
+      cluster.hit.weight_b /= cluster.same_triangle;
+      cluster.hit.weight_c /= cluster.same_triangle;
       sum += cluster.rays *
-             shade(surface, view, normalized(surface.p_T - view.camera_T), cluster.lit / cluster.rays, angle);
+             shade(cluster.hit, view, normalized(cluster.hit.p_T - view.camera_T), cluster.lit / cluster.rays, angle);
     }
     return sum / static_cast<float>(places.size());
   }
@@ -335,6 +364,20 @@ struct SceneRenderer::State {
     return std::numbers::pi * radius_px * radius_px;
   }
 
+  void turn_sun_bases(Vec3f sun_T) {
+    Vec3f s_T;
+    Vec3f t_T;
+    base_around(sun_T, s_T, t_T);
+    constexpr auto radius = static_cast<float>(sun_radius_rad);
+    for (std::size_t i = 0; i < sun_bases; ++i) {
+      const float angle = 2.0F * std::numbers::pi_v<float> * static_cast<float>(i) / sun_bases;
+      const float c = radius * std::cos(angle);
+      const float s = radius * std::sin(angle);
+      sun_base_T[2 * i] = c * s_T + s * t_T;
+      sun_base_T[2 * i + 1] = c * t_T - s * s_T;
+    }
+  }
+
   void draw_instant(const ViewOfRows& views, float weight, bool is_visible_to_stars) {
     const Sky sky(views.middle().state, settings.earth_albedo, settings.earth);
     pool.run(tiles.size(), [&](std::size_t which) { trace_tile(which, views, sky); });
@@ -344,8 +387,9 @@ struct SceneRenderer::State {
     const auto affordable = 8U * static_cast<std::uint32_t>(std::clamp(160'000.0 / (8.0 * area), 1.0, 8.0));
     const std::vector<SamplePlace> places =
         sample_places(is_small ? std::max(settings.edge_samples, affordable) : settings.edge_samples);
+    turn_sun_bases(views.middle().light.sun_T);
     pool.run(tiles.size(), [&](std::size_t which) {
-      if (shows_target[which] == 0) return;
+      if (!is_near_target(which)) return;
       const Tile& tile = tiles[which];
       for (std::uint32_t v = tile.v0; v < tile.v1; ++v) {
         const View& view = views.of(v);
@@ -370,7 +414,7 @@ struct SceneRenderer::State {
       const auto u = static_cast<std::uint32_t>(std::lround(std::max(0.0, uv_px.x())));
       const auto v = static_cast<std::uint32_t>(std::lround(std::max(0.0, uv_px.y())));
       if (u >= rays.width() || v >= rays.height()) continue;
-      if (seen[at(u, v)].material != Surface::none || sky.hides_stars(to_float(toward_C))) continue;
+      if (seen[at(u, v)].material != Hit::nothing || sky.hides_stars(to_float(toward_C))) continue;
       draw_point(points, uv_px.x(), uv_px.y(), static_cast<double>(weight) * unit * star.irradiance,
                  settings.spread.sigma_px);
     }

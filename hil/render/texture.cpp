@@ -12,18 +12,15 @@
 namespace relnav::hil {
 namespace {
 
-Texel blend(const Texel& a, const Texel& b, float t) {
-  return {a.base + t * (b.base - a.base), a.tilt_u + t * (b.tilt_u - a.tilt_u), a.tilt_v + t * (b.tilt_v - a.tilt_v),
-          a.alpha2 + t * (b.alpha2 - a.alpha2), a.metallic + t * (b.metallic - a.metallic)};
-}
+Texel blend(const Texel& a, const Texel& b, float t) { return {a.values + t * (b.values - a.values)}; }
 
 /// Four texels as one: slopes are averaged, and what they scatter is added to alpha^2 (both axes together: alpha^2 is twice
 /// the variance along one).
 Texel mean_of(const Texel& a, const Texel& b, const Texel& c, const Texel& d) {
   Texel m = blend(blend(a, b, 0.5F), blend(c, d, 0.5F), 0.5F);
   float square = 0.0F;
-  for (const Texel* t : {&a, &b, &c, &d}) square += 0.25F * (t->tilt_u * t->tilt_u + t->tilt_v * t->tilt_v);
-  m.alpha2 += std::max(0.0F, square - m.tilt_u * m.tilt_u - m.tilt_v * m.tilt_v);
+  for (const Texel* t : {&a, &b, &c, &d}) square += 0.25F * (t->tilt_u() * t->tilt_u() + t->tilt_v() * t->tilt_v());
+  m.values[3] += std::max(0.0F, square - m.tilt_u() * m.tilt_u() - m.tilt_v() * m.tilt_v());
   return m;
 }
 
@@ -87,15 +84,15 @@ Texel foil_texel(float u, float v) {
   const Facet large = facet_at(u / 0.05F, v / 0.05F, 24, 0xF01U);
   const Facet small = facet_at(u / 0.0171428F, v / 0.0171428F, 70, 0xF02U);
   Texel t;
-  t.tilt_u = 0.15F * gaussian_like(hashed(large.id, 3U)) + 0.07F * gaussian_like(hashed(small.id, 3U));
-  t.tilt_v = 0.15F * gaussian_like(hashed(large.id, 4U)) + 0.07F * gaussian_like(hashed(small.id, 4U));
-  t.base = 0.55F + 0.35F * unit_hash(large.id, 5U) + 0.10F * unit_hash(small.id, 5U);
-  t.base *= 0.6F + 0.4F * ramp(0.0F, 0.12F, large.from_ridge);
+  t.values[1] = 0.15F * gaussian_like(hashed(large.id, 3U)) + 0.07F * gaussian_like(hashed(small.id, 3U));
+  t.values[2] = 0.15F * gaussian_like(hashed(large.id, 4U)) + 0.07F * gaussian_like(hashed(small.id, 4U));
+  t.values[0] = 0.55F + 0.35F * unit_hash(large.id, 5U) + 0.10F * unit_hash(small.id, 5U);
+  t.values[0] *= 0.6F + 0.4F * ramp(0.0F, 0.12F, large.from_ridge);
   // Every half metre a seam of tape.
   if (on_line(u, 0.6F, 0.012F) || on_line(v, 0.6F, 0.012F)) {
-    t.base = 0.8F;
-    t.tilt_u *= 0.3F;
-    t.tilt_v *= 0.3F;
+    t.values[0] = 0.8F;
+    t.values[1] *= 0.3F;
+    t.values[2] *= 0.3F;
   }
   return t;
 }
@@ -104,18 +101,17 @@ Texel foil_texel(float u, float v) {
 Texel cell_texel(float u, float v) {
   Texel t;
   const std::uint32_t cell = hashed(static_cast<std::uint32_t>(u / 0.08F), 77U + static_cast<std::uint32_t>(v / 0.04F));
-  t.base = 0.8F + 0.4F * unit_hash(cell, 1U);
-  t.tilt_u = 0.004F * gaussian_like(hashed(cell, 2U));
-  t.tilt_v = 0.004F * gaussian_like(hashed(cell, 3U));
-  t.metallic = 0.0F;
+  t.values[0] = 0.8F + 0.4F * unit_hash(cell, 1U);
+  t.values[1] = 0.004F * gaussian_like(hashed(cell, 2U));
+  t.values[2] = 0.004F * gaussian_like(hashed(cell, 3U));
   const float in_cell_u = u - 0.08F * std::floor(u / 0.08F);
   const bool is_gap = on_line(u, 0.08F, 0.0016F) || on_line(v, 0.04F, 0.0016F);
   const bool is_bar = std::fabs(in_cell_u - 0.02F) < 0.0009F || std::fabs(in_cell_u - 0.06F) < 0.0009F;
-  if (is_gap) t.base = 9.0F;  // the white substrate shows
-  if (is_bar) t.base = 14.0F;
+  if (is_gap) t.values[0] = 9.0F;  // the white substrate shows
+  if (is_bar) t.values[0] = 14.0F;
   // Every 24 cm the strings end.
-  if (on_line(v, 0.24F, 0.004F)) t.base = 12.0F;
-  if (on_line(u, 0.48F, 0.006F)) t.base = 2.0F;
+  if (on_line(v, 0.24F, 0.004F)) t.values[0] = 12.0F;
+  if (on_line(u, 0.48F, 0.006F)) t.values[0] = 2.0F;
   return t;
 }
 
@@ -124,16 +120,16 @@ Texel panel_texel(float u, float v) {
   Texel t;
   const Facet stain = facet_at(u / 0.0375F, v / 0.0375F, 16, 0xBA1U);
   const Facet speck = facet_at(u / 0.01875F, v / 0.01875F, 32, 0xBA2U);
-  t.base = 0.90F + 0.10F * unit_hash(stain.id, 5U);
-  if ((speck.id & 15U) == 0U && speck.from_ridge > 0.45F) t.base *= 0.35F;
+  t.values[0] = 0.90F + 0.10F * unit_hash(stain.id, 5U);
+  if ((speck.id & 15U) == 0U && speck.from_ridge > 0.45F) t.values[0] *= 0.35F;
   const bool is_seam = on_line(u, 0.3F, 0.0025F) || on_line(v, 0.3F, 0.0025F);
   const float ru = u - 0.05F * std::round(u / 0.05F);
   const float rv = v - 0.05F * std::round(v / 0.05F);
   const bool is_rivet_row =
       std::fabs(std::fabs(u - 0.3F * std::round(u / 0.3F)) - 0.0F) < 0.004F + 0.021F && !on_line(u, 0.3F, 0.012F);
   const bool is_rivet = is_rivet_row && std::hypot(std::fabs(ru) - 0.02F, rv) < 0.006F;
-  if (is_seam) t.base *= 0.25F;
-  if (is_rivet) t.base *= 0.45F;
+  if (is_seam) t.values[0] *= 0.25F;
+  if (is_rivet) t.values[0] *= 0.45F;
   return t;
 }
 
@@ -144,7 +140,7 @@ Texel label_texel(float u, float v) {
   const float y = v - 0.15F * std::floor(v / 0.15F);
   const std::uint32_t plate = hashed(static_cast<std::uint32_t>(u / 0.15F), 9U + static_cast<std::uint32_t>(v / 0.15F));
   const float margin = std::min(std::min(x, 0.15F - x), std::min(y, 0.15F - y));
-  if (margin > 0.006F && margin < 0.010F) t.base = 0.08F;
+  if (margin > 0.006F && margin < 0.010F) t.values[0] = 0.08F;
   if (margin > 0.018F) {
     const bool is_title = y < 0.07F;
     const float dot = is_title ? 0.006F : 0.0025F;
@@ -152,7 +148,7 @@ Texel label_texel(float u, float v) {
     const auto j = static_cast<std::uint32_t>((y - (is_title ? 0.020F : 0.075F)) / dot);
     const std::uint32_t letter = hashed(plate, (i / 6U) * 64U + j / 9U + (is_title ? 7U : 0U));
     const bool is_ink = i % 6U < 5U && j % 9U < 7U && (hashed(letter, (i % 6U) * 8U + j % 9U) & 1U) != 0U;
-    if (is_ink && y > 0.020F) t.base = 0.06F;
+    if (is_ink && y > 0.020F) t.values[0] = 0.06F;
   }
   return t;
 }
@@ -209,7 +205,7 @@ Texel Texture::at(float u, float v, float footprint) const {
 
 Texture make_texture(Pattern pattern) {
   switch (pattern) {
-    case Pattern::foil: return painted(1024, 1.2F, foil_texel);
+    case Pattern::foil: return painted(512, 1.2F, foil_texel);
     case Pattern::solar_cells: return painted(1024, 0.96F, cell_texel);
     case Pattern::panel: return painted(512, 0.6F, panel_texel);
     case Pattern::labels: return painted(512, 0.6F, label_texel);
@@ -231,7 +227,7 @@ Texture load_texture(const std::string& path) {
       const std::size_t column = static_cast<std::size_t>(i) * image.width_px / side_px;
       const float level = static_cast<float>(image.bytes[row * image.width_px + column]) / 255.0F;
       // sRGB, IEC 61966-2-1
-      texels[static_cast<std::size_t>(j) * side_px + i].base =
+      texels[static_cast<std::size_t>(j) * side_px + i].values[0] =
           level <= 0.04045F ? level / 12.92F : std::pow((level + 0.055F) / 1.055F, 2.4F);
     }
   }

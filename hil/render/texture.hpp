@@ -6,13 +6,16 @@
 
 namespace relnav::hil {
 
-/// What a texture says of a point.
+/// What a texture says of a point; a vector for the processor.
 struct Texel {
-  float base = 1.0F;    ///< factor of the material's
-  float tilt_u = 0.0F;  ///< slope of the normal along u and v: n ~ (tilt_u, tilt_v, 1)
-  float tilt_v = 0.0F;
-  float alpha2 = 0.0F;    ///< spread of the slopes within the texel, added to the square of the GGX width
-  float metallic = 1.0F;  ///< factor of the material's
+  using Values [[gnu::vector_size(16)]] = float;
+  Values values{1.0F, 0.0F, 0.0F, 0.0F};
+
+  [[nodiscard]] float base() const { return values[0]; }    ///< factor of the material's
+  [[nodiscard]] float tilt_u() const { return values[1]; }  ///< slopes of the normal: n ~ (tilt_u, tilt_v, 1)
+  [[nodiscard]] float tilt_v() const { return values[2]; }
+  /// Spread of the slopes within the texel, added to the square of the GGX width.
+  [[nodiscard]] float alpha2() const { return values[3]; }
 };
 
 /// A square that repeats, with coarser and coarser levels of it. Slopes that a coarser level averages away come back as
