@@ -1,0 +1,212 @@
+#include "hil/render/mesh_scene.hpp"
+
+#include <embree3/rtcore.h>
+
+#include <algorithm>
+#include <bit>
+#include <cmath>
+#include <cstring>
+#include <map>
+#include <mutex>
+#include <stdexcept>
+#include <string>
+
+namespace relnav::hil {
+
+struct MeshScene::Embree {
+  // One thread builds: the same tree, and with it the same ties, every time.
+  RTCDevice device = rtcNewDevice("threads=1");
+  RTCScene scene = nullptr;
+
+  Embree() {
+    if (device == nullptr) throw std::runtime_error("Embree does not start");
+    scene = rtcNewScene(device);
+    rtcSetSceneFlags(scene, RTC_SCENE_FLAG_ROBUST);  // no ray slips between two triangles
+    rtcSetSceneBuildQuality(scene, RTC_BUILD_QUALITY_HIGH);
+  }
+  ~Embree() {
+    if (scene != nullptr) rtcReleaseScene(scene);
+    if (device != nullptr) rtcReleaseDevice(device);
+  }
+  Embree(const Embree&) = delete;
+  Embree& operator=(const Embree&) = delete;
+
+  void attach(RTCGeometry geometry) const {
+    rtcCommitGeometry(geometry);
+    rtcAttachGeometry(scene, geometry);
+    rtcReleaseGeometry(geometry);
+  }
+};
+
+namespace {
+
+constexpr unsigned of_balls = 1;  // Embree numbers geometries as they come
+
+/// Patterns are the same in every scene and take a while to make.
+std::shared_ptr<const Texture> shared_texture(Pattern pattern) {
+  static std::mutex mutex;
+  static std::map<Pattern, std::shared_ptr<const Texture>> made;
+  const std::lock_guard lock(mutex);
+  auto& texture = made[pattern];
+  if (!texture) texture = std::make_shared<const Texture>(make_texture(pattern));
+  return texture;
+}
+
+RTCIntersectContext context_of(bool is_coherent) {
+  RTCIntersectContext context;
+  rtcInitIntersectContext(&context);
+  context.flags = is_coherent ? RTC_INTERSECT_CONTEXT_FLAG_COHERENT : RTC_INTERSECT_CONTEXT_FLAG_INCOHERENT;
+  return context;
+}
+
+void copy_rays(const RayPacket& from, RTCRay8& to) {
+  const auto copy = [](float* into, const std::array<float, RayPacket::size>& what) {
+    std::memcpy(into, what.data(), sizeof what);
+  };
+  copy(to.org_x, from.origin_x);
+  copy(to.org_y, from.origin_y);
+  copy(to.org_z, from.origin_z);
+  copy(to.dir_x, from.toward_x);
+  copy(to.dir_y, from.toward_y);
+  copy(to.dir_z, from.toward_z);
+  copy(to.tfar, from.longest);
+  for (std::size_t i = 0; i < RayPacket::size; ++i) {
+    to.tnear[i] = 0.0F;
+    to.time[i] = 0.0F;
+    to.mask[i] = ~0U;
+    to.id[i] = 0;
+    to.flags[i] = 0;
+  }
+}
+
+}  // namespace
+
+MeshScene::MeshScene(Mesh mesh, const std::vector<Ball>& balls)
+    : embree_(std::make_unique<Embree>()), mesh_(std::move(mesh)) {
+  for (const Material& material : mesh_.materials) {
+    if (material.pattern == Pattern::plain) {
+      textures_.emplace_back();
+    } else if (material.pattern == Pattern::image) {
+      textures_.push_back(std::make_shared<const Texture>(load_texture(material.image)));
+    } else {
+      textures_.push_back(shared_texture(material.pattern));
+    }
+  }
+  for (const Triangle& triangle : mesh_.triangles) {
+    const Vertex& a = mesh_.vertices[triangle.corners[0]];
+    const Vertex& b = mesh_.vertices[triangle.corners[1]];
+    const Vertex& c = mesh_.vertices[triangle.corners[2]];
+    const Vec3f ab = b.p_T - a.p_T;
+    const Vec3f ac = c.p_T - a.p_T;
+    const float det = (b.u - a.u) * (c.v - a.v) - (c.u - a.u) * (b.v - a.v);
+    const Vec3f across = cross(ab, ac);
+    const float area = norm(across);
+    facets_.push_back({normalized(across), triangle.material});
+    laid_.push_back({normalized(std::copysign(1.0F, det) * ((c.v - a.v) * ab - (b.v - a.v) * ac)),
+                     area > 0.0F ? std::sqrt(std::fabs(det) / area) : 1.0F});
+  }
+
+  RTCGeometry triangles = rtcNewGeometry(embree_->device, RTC_GEOMETRY_TYPE_TRIANGLE);
+  auto* vertices = static_cast<float*>(rtcSetNewGeometryBuffer(triangles, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT3,
+                                                               3 * sizeof(float), mesh_.vertices.size()));
+  auto* corners = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
+      triangles, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), mesh_.triangles.size()));
+  if (vertices == nullptr || corners == nullptr) throw std::runtime_error("Embree has no memory for the mesh");
+  for (const Vertex& vertex : mesh_.vertices) {
+    *vertices++ = vertex.p_T.x;
+    *vertices++ = vertex.p_T.y;
+    *vertices++ = vertex.p_T.z;
+  }
+  for (const Triangle& triangle : mesh_.triangles) corners = std::copy_n(triangle.corners.begin(), 3, corners);
+  embree_->attach(triangles);
+
+  if (!balls.empty()) {
+    RTCGeometry spheres = rtcNewGeometry(embree_->device, RTC_GEOMETRY_TYPE_SPHERE_POINT);
+    auto* points = static_cast<float*>(rtcSetNewGeometryBuffer(spheres, RTC_BUFFER_TYPE_VERTEX, 0, RTC_FORMAT_FLOAT4,
+                                                               4 * sizeof(float), balls.size()));
+    if (points == nullptr) throw std::runtime_error("Embree has no memory for the lights");
+    for (const Ball& ball : balls) {
+      for (const float value : {ball.centre_T.x, ball.centre_T.y, ball.centre_T.z, ball.radius}) *points++ = value;
+    }
+    embree_->attach(spheres);
+  }
+  rtcCommitScene(embree_->scene);
+  if (rtcGetDeviceError(embree_->device) != RTC_ERROR_NONE) throw std::runtime_error("Embree cannot take the mesh");
+
+  const Bounds box = bounds_of(mesh_);
+  bounds_.centre_T = 0.5F * (box.low_T + box.high_T);
+  for (const Vertex& vertex : mesh_.vertices) {
+    bounds_.radius = std::max(bounds_.radius, norm(vertex.p_T - bounds_.centre_T));
+  }
+  for (const Ball& ball : balls) {
+    bounds_.radius = std::max(bounds_.radius, norm(ball.centre_T - bounds_.centre_T) + ball.radius);
+  }
+}
+
+MeshScene::~MeshScene() = default;
+
+void MeshScene::trace(const RayPacket& rays, std::array<Hit, RayPacket::size>& met) const {
+  RTCIntersectContext context = context_of(true);
+  RTCRayHit8 query;
+  copy_rays(rays, query.ray);
+  for (unsigned& id : query.hit.geomID) id = RTC_INVALID_GEOMETRY_ID;
+  for (unsigned& id : query.hit.instID[0]) id = RTC_INVALID_GEOMETRY_ID;
+  rtcIntersect8(rays.is_used.data(), embree_->scene, &context, &query);
+  for (std::size_t i = 0; i < RayPacket::size; ++i) {
+    Hit& hit = met[i];
+    if (rays.is_used[i] == 0 || query.hit.geomID[i] == RTC_INVALID_GEOMETRY_ID) {
+      hit.material = Hit::nothing;
+      continue;
+    }
+    const Vec3f toward_T{rays.toward_x[i], rays.toward_y[i], rays.toward_z[i]};
+    const Vec3f origin_T{rays.origin_x[i], rays.origin_y[i], rays.origin_z[i]};
+    hit.depth = query.ray.tfar[i];
+    hit.p_T = origin_T + hit.depth * toward_T;
+    if (query.hit.geomID[i] == of_balls) {
+      hit.material = Hit::ball;
+      hit.face_T = normalized({query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]});
+      continue;
+    }
+    hit.triangle = query.hit.primID[i];
+    hit.weight_b = query.hit.u[i];
+    hit.weight_c = query.hit.v[i];
+    const Facet& facet = facets_[hit.triangle];
+    hit.material = facet.material;
+    hit.face_T = dot(facet.face_T, toward_T) > 0.0F ? -facet.face_T : facet.face_T;
+  }
+}
+
+Surface MeshScene::surface_at(const Hit& hit) const {
+  const Triangle& triangle = mesh_.triangles[hit.triangle];
+  const Vertex& a = mesh_.vertices[triangle.corners[0]];
+  const Vertex& b = mesh_.vertices[triangle.corners[1]];
+  const Vertex& c = mesh_.vertices[triangle.corners[2]];
+  const float wb = hit.weight_b;
+  const float wc = hit.weight_c;
+  const float wa = 1.0F - wb - wc;
+  Surface surface;
+  surface.material = triangle.material;
+  surface.depth = hit.depth;
+  surface.face_T = hit.face_T;
+  surface.normal_T = normalized(wa * a.normal_T + wb * b.normal_T + wc * c.normal_T);
+  if (dot(surface.normal_T, surface.face_T) < 0.0F) surface.normal_T = -surface.normal_T;
+  surface.u = wa * a.u + wb * b.u + wc * c.u;
+  surface.v = wa * a.v + wb * b.v + wc * c.v;
+  surface.along_u_T = laid_[hit.triangle].along_u_T;
+  surface.per_metre = laid_[hit.triangle].per_metre;
+  return surface;
+}
+
+std::uint32_t MeshScene::blocked(const RayPacket& rays, bool is_coherent) const {
+  RTCIntersectContext context = context_of(is_coherent);
+  RTCRay8 query;
+  copy_rays(rays, query);
+  rtcOccluded8(rays.is_used.data(), embree_->scene, &context, &query);
+  std::uint32_t bits = 0;
+  for (std::size_t i = 0; i < RayPacket::size; ++i) {
+    if (rays.is_used[i] != 0 && query.tfar[i] < 0.0F) bits |= 1U << i;
+  }
+  return bits;
+}
+
+}  // namespace relnav::hil

@@ -1,0 +1,108 @@
+#pragma once
+#include <array>
+#include <cstdint>
+#include <memory>
+#include <vector>
+
+#include "hil/render/mesh.hpp"
+#include "hil/render/texture.hpp"
+
+namespace relnav::hil {
+
+struct Ball {
+  Vec3f centre_T{};
+  float radius = 0.0F;
+};
+
+/// Rays of neighbouring pixels, traced together.
+struct alignas(32) RayPacket {
+  static constexpr std::size_t size = 8;
+  std::array<float, size> origin_x, origin_y, origin_z;
+  std::array<float, size> toward_x, toward_y, toward_z;
+  std::array<float, size> longest;
+  std::array<std::int32_t, size> is_used;  ///< 0 or -1
+
+  RayPacket() {
+    is_used.fill(0);
+  }  // of unused rays nothing is read, and filling all of them takes longer than tracing some
+
+  void set(std::size_t i, Vec3f origin_T, Vec3f toward_T, float t) {
+    origin_x[i] = origin_T.x;
+    origin_y[i] = origin_T.y;
+    origin_z[i] = origin_T.z;
+    toward_x[i] = toward_T.x;
+    toward_y[i] = toward_T.y;
+    toward_z[i] = toward_T.z;
+    longest[i] = t;
+    is_used[i] = -1;
+  }
+};
+
+/// What a ray meets first.
+struct Hit {
+  static constexpr std::uint32_t nothing = 0x7FFFFFFFU;
+  static constexpr std::uint32_t ball = 0x7FFFFFFEU;
+  static constexpr std::uint32_t lit = 0x80000000U;  ///< a mark that users may set on a material
+  std::uint32_t material = nothing;                  ///< position in Mesh::materials, or one of the above
+  std::uint32_t triangle = 0;                        ///< position in Mesh::triangles
+  float depth = 0.0F;                                ///< in lengths of the ray's direction
+  float weight_b = 0.0F;                             ///< of the triangle's second and third corner
+  float weight_c = 0.0F;
+  Vec3f p_T;
+  Vec3f face_T;  ///< unit normal of the triangle, toward the viewer
+
+  Hit() {}  // NOLINT(modernize-use-equals-default): nothing is set, as trace() sets what counts
+};
+
+/// All that light needs to know of a place on the mesh.
+struct Surface {
+  std::uint32_t material = 0;
+  float depth = 0.0F;
+  Vec3f face_T;     ///< as in Hit
+  Vec3f normal_T;   ///< smoothed, on the side of face_T
+  Vec3f along_u_T;  ///< unit vector along the texture's u
+  float u = 0.0F;
+  float v = 0.0F;
+  float per_metre = 1.0F;  ///< texture coordinates a metre
+};
+
+/// Mesh and luminous balls, ready for rays (Embree). Throws InputError when a material's image cannot be read,
+/// std::runtime_error when Embree fails.
+class MeshScene {
+ public:
+  MeshScene(Mesh mesh, const std::vector<Ball>& balls);
+  ~MeshScene();
+  MeshScene(const MeshScene&) = delete;
+  MeshScene& operator=(const MeshScene&) = delete;
+
+  /// Unused rays meet nothing.
+  void trace(const RayPacket& rays, std::array<Hit, RayPacket::size>& met) const;
+  /// Of a hit on a triangle.
+  [[nodiscard]] Surface surface_at(const Hit& hit) const;
+  /// Bit i: something is in the way of ray i between 0 and its `longest`.
+  [[nodiscard]] std::uint32_t blocked(const RayPacket& rays, bool is_coherent) const;
+
+  [[nodiscard]] const Mesh& mesh() const { return mesh_; }
+  /// Null: the material is plain.
+  [[nodiscard]] const Texture* texture(std::uint32_t material) const { return textures_[material].get(); }
+  [[nodiscard]] Ball bounds() const { return bounds_; }  ///< around all
+
+ private:
+  struct Embree;
+  std::unique_ptr<Embree> embree_;
+  Mesh mesh_;
+  std::vector<std::shared_ptr<const Texture>> textures_;
+  struct Facet {
+    Vec3f face_T;
+    std::uint32_t material;
+  };
+  struct Laid {  // texture on a triangle
+    Vec3f along_u_T;
+    float per_metre;
+  };
+  std::vector<Facet> facets_;  // of each triangle: what every ray needs, apart
+  std::vector<Laid> laid_;
+  Ball bounds_;
+};
+
+}  // namespace relnav::hil
