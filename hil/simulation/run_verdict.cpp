@@ -101,6 +101,8 @@ class Tally {
     };
     const bool known = scenario_.navigation != app::NavigationKind::noncoop;
     const double range = record.state.t_CT.norm();
+    // The estimate of an unknown target's motion counts once its start is over.
+    if (!known && record.mode != app::Mode::track) return;
     const bool wrong = is_wrong(epoch.attitude.norm(), std::sqrt(variance.tail<3>().sum()), limit.attitude_rad) ||
                        (known && is_wrong(epoch.position.norm(), std::sqrt(variance.head<3>().sum()),
                                           limit.position_of_range * range));
