@@ -2,6 +2,7 @@
 #include <cmath>
 #include <cstdio>
 #include <memory>
+#include <optional>
 #include <thread>
 
 #include "hil/montecarlo/campaign.hpp"
@@ -42,12 +43,13 @@ int run(const MontecarloOptions& o) {
   const CampaignFolder folder(o.out, campaign_identity(o.scenario, o.runs, RELNAV_VERSION),
                               o.slice ? CampaignUse::beside_others : CampaignUse::alone);
   catch_interrupts();
-  Progress progress("run");
+  std::optional<Progress> progress;  // from when results of before have been looked at
   const CampaignProgress done = run_campaign(folder, o.plan, [&](const CampaignProgress& p) {
-    if (p.to_do > 0) progress.show(p.done, p.to_do, std::to_string(p.failed) + " failed");
+    if (!progress) progress.emplace("run");
+    if (p.to_do > 0) progress->show(p.done, p.to_do, std::to_string(p.failed) + " failed");
     return !interrupted();
   });
-  progress.finish();
+  if (progress) progress->finish();
   const double n = static_cast<double>(done.done);
   std::printf("%llu runs done, %llu were there; %.1f s, %.2f runs/s, %.3f s CPU a run\n",
               static_cast<unsigned long long>(done.done), static_cast<unsigned long long>(done.there), done.wall_s,
