@@ -6,6 +6,7 @@ namespace relnav::hil::assets {
 extern const char* const uplot_js;
 extern const char* const uplot_css;
 extern const char* const report_js;
+extern const char* const campaign_js;
 extern const char* const report_css;
 
 }  // namespace relnav::hil::assets

@@ -1,6 +1,6 @@
 # Writes the report's assets into one C++ file: cmake -DOUT=... -DDIR=... -P embed_assets.cmake
 set(text "// Made by hil/report/embed_assets.cmake.\n#include \"hil/report/assets.hpp\"\n\nnamespace relnav::hil::assets {\n")
-foreach(entry "uplot_js|uplot/uPlot.iife.min.js" "uplot_css|uplot/uPlot.min.css" "report_js|report.js" "report_css|report.css")
+foreach(entry "uplot_js|uplot/uPlot.iife.min.js" "uplot_css|uplot/uPlot.min.css" "report_js|report.js" "campaign_js|campaign.js" "report_css|report.css")
   string(REPLACE "|" ";" entry "${entry}")
   list(GET entry 0 name)
   list(GET entry 1 file)

@@ -7,8 +7,8 @@
 
 #include "hil/evaluate/rotation.hpp"
 #include "hil/io/image.hpp"
-#include "hil/report/assets.hpp"
 #include "hil/report/base64.hpp"
+#include "hil/report/page.hpp"
 #include "platform/files/text.hpp"
 
 namespace relnav::hil {
@@ -152,26 +152,6 @@ Json snapshots_json(const RunHistory& history) {
   return list;
 }
 
-std::string html_escaped(const std::string& text) {
-  std::string out;
-  for (const char c : text) {
-    switch (c) {
-      case '&': out += "&amp;"; break;
-      case '<': out += "&lt;"; break;
-      case '>': out += "&gt;"; break;
-      case '"': out += "&quot;"; break;
-      default: out += c;
-    }
-  }
-  return out;
-}
-
-// "</" would end the script element.
-std::string script_safe(std::string json) {
-  for (std::size_t at = 0; (at = json.find("</", at)) != std::string::npos; at += 3) json.replace(at, 2, "<\\/");
-  return json;
-}
-
 }  // namespace
 
 std::string report_html(const RunDescription& description, const ReplayOutcome& outcome, const RunHistory& history,
@@ -184,16 +164,7 @@ std::string report_html(const RunDescription& description, const ReplayOutcome& 
   data["estimate"] = estimate_json(history, scale);
   data["truth"] = judged ? truth_json(history, *evaluation, *truth) : Json(nullptr);
   data["snapshots"] = snapshots_json(history);
-  std::string html = "<!DOCTYPE html>\n<html lang=\"en\"><head><meta charset=\"utf-8\">\n";
-  html += "<meta name=\"viewport\" content=\"width=device-width, initial-scale=1\">\n";
-  html += "<title>relnav: " + html_escaped(description.dataset) + "</title>\n";
-  html += std::string("<style>") + assets::uplot_css + assets::report_css +
-          "</style></head>\n<body><main id=\"report\"></main>\n";
-  html += "<noscript>The plots need JavaScript; the figures are in summary.json beside this file.</noscript>\n";
-  html += "<script id=\"data\" type=\"application/json\">" + script_safe(data.dump()) + "</script>\n";
-  html += std::string("<script>") + assets::uplot_js + "</script>\n<script>" + assets::report_js +
-          "</script>\n</body></html>\n";
-  return html;
+  return page_html("relnav: " + description.dataset, data.dump(), PageKind::run);
 }
 
 }  // namespace relnav::hil

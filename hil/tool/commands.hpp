@@ -7,6 +7,7 @@ namespace relnav::hil {
 void add_capture_command(CLI::App& app, int& exit_status);
 void add_evaluate_command(CLI::App& app, int& exit_status);
 void add_export_command(CLI::App& app, int& exit_status);
+void add_montecarlo_command(CLI::App& app, int& exit_status);
 void add_pack_command(CLI::App& app, int& exit_status);
 void add_replay_command(CLI::App& app, int& exit_status);
 void add_solve_command(CLI::App& app, int& exit_status);

@@ -14,6 +14,7 @@ int main(int argc, char** argv) {
   add_pack_command(app, exit_status);
   add_evaluate_command(app, exit_status);
   add_scenario_command(app, exit_status);
+  add_montecarlo_command(app, exit_status);
   add_solve_command(app, exit_status);
   add_capture_command(app, exit_status);
   add_export_command(app, exit_status);

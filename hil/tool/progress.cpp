@@ -6,7 +6,8 @@
 
 namespace relnav::hil {
 
-Progress::Progress() : terminal_(::isatty(STDERR_FILENO) == 1), start_(Clock::now()), last_(start_) {}
+Progress::Progress(const char* unit)
+    : unit_(unit), terminal_(::isatty(STDERR_FILENO) == 1), start_(Clock::now()), last_(start_) {}
 
 void Progress::show(std::size_t done, std::size_t listed, const app::StepReport& report) {
   show(done, listed, std::string(app::to_string(report.mode)) + "  " + std::to_string(report.features) + " features");
@@ -20,10 +21,10 @@ void Progress::show(std::size_t done, std::size_t listed, const std::string& sta
   const double elapsed_s = std::chrono::duration<double>(now - start_).count();
   const double rate = elapsed_s > 0.0 ? static_cast<double>(done) / elapsed_s : 0.0;
   if (listed == 0) {
-    std::fprintf(stderr, "\r\033[Kframe %zu  %.1f frames/s  %s", done, rate, state.c_str());
+    std::fprintf(stderr, "\r\033[K%s %zu  %.1f %ss/s  %s", unit_, done, rate, unit_, state.c_str());
   } else {
     const double left_s = rate > 0.0 && done < listed ? static_cast<double>(listed - done) / rate : 0.0;
-    std::fprintf(stderr, "\r\033[Kframe %zu of %zu  %.1f frames/s  %.0f s left  %s", done, listed, rate, left_s,
+    std::fprintf(stderr, "\r\033[K%s %zu of %zu  %.1f %ss/s  %.0f s left  %s", unit_, done, listed, rate, unit_, left_s,
                  state.c_str());
   }
   shown_ = true;

@@ -7,10 +7,11 @@
 
 namespace relnav::hil {
 
-/// One line on stderr, rewritten in place: frames, rate, time left. Silent when stderr is no terminal.
+/// One line on stderr, rewritten in place: frames or runs, rate, time left. Silent when stderr is no terminal.
 class Progress {
  public:
-  Progress();
+  /// `unit`: what is counted.
+  explicit Progress(const char* unit = "frame");
   void show(std::size_t done, std::size_t listed, const app::StepReport& report);
   /// `listed` 0: no end is known.
   void show(std::size_t done, std::size_t listed, const std::string& state);
@@ -19,6 +20,7 @@ class Progress {
 
  private:
   using Clock = std::chrono::steady_clock;
+  const char* unit_;
   bool terminal_;
   bool shown_ = false;
   Clock::time_point start_;

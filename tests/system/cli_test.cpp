@@ -62,7 +62,8 @@ TEST_GROUP(Cli) {
 };
 
 TEST(Cli, HelpOnEveryLevel) {
-  for (const char* level : {"", "replay ", "capture ", "export ", "solve ", "evaluate ", "tlm ", "tlm decode "}) {
+  for (const char* level :
+       {"", "replay ", "capture ", "export ", "montecarlo ", "solve ", "evaluate ", "tlm ", "tlm decode "}) {
     const Run run = tool(std::string(level) + "--help");
     CHECK_EQUAL_TEXT(0, run.exit_status, level);
     CHECK_TEXT(run.out.find("Usage:") != std::string::npos, level);
