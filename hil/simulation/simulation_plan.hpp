@@ -18,7 +18,7 @@ struct SimulationPlan {
 };
 
 /// Stamps begin here, s.
-inline constexpr std::int64_t simulation_start_ns = 1'000'000'000;
+inline constexpr std::int64_t simulation_start_ns = 100'000'000'000;
 
 /// Throws InputError: the target is behind the camera in some frame, or a camera model is impossible.
 [[nodiscard]] SimulationPlan plan_simulation(const SimulationScenario& scenario);
