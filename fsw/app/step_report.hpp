@@ -1,6 +1,8 @@
 #pragma once
+#include <array>
 #include <cstdint>
 
+#include "fsw/app/auto_exposure.hpp"
 #include "fsw/base/bounded_vector.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/config.hpp"
@@ -72,6 +74,7 @@ struct StepReport {
   std::uint16_t late_spots = 0;  ///< that tell so
   double test_ratio = 0.0;       ///< normalised innovation squared / its 99 % bound
   BoundedVector<FeatureReport, config::max_features> feature_reports;
+  std::array<ExposureReport, config::max_cameras> exposures;  ///< by camera
   StageTimes times;
 };
 
