@@ -9,6 +9,7 @@
 #include "platform/linux/aravis_settings.hpp"
 #include "platform/linux/block_id_counter.hpp"
 #include "platform/linux/camera_driver.hpp"
+#include "platform/linux/exposure_in_force.hpp"
 
 namespace relnav::platform::linux {
 
@@ -31,6 +32,10 @@ class AravisDriver final : public CameraDriver {
   Status take(Duration wait, RawImage& image) override;
   Status give_back(std::uint32_t buffer) override;
   Status trigger() override;
+  Status exposure_range(ExposureRange& range) override;
+  /// Sent by a thread of its own: what the camera makes of it is known a few milliseconds later. `values` are the nearest in its
+  /// range; a refusal is the answer to the next call.
+  Status adjust(ExposureValues& values) override;
   [[nodiscard]] std::uint32_t max_loans() const override;
   [[nodiscard]] std::uint64_t underruns() const override;
   [[nodiscard]] const std::string& problem() const override { return problem_; }
@@ -39,12 +44,17 @@ class AravisDriver final : public CameraDriver {
   Status connect(const CameraSettings& settings);
   Status check_serial(const CameraSettings& settings);
   Status start_stream(const CameraSettings& settings);
+  void take_adjusted();
   void describe(ArvBuffer* buffer, RawImage& image);
 
   std::unique_ptr<AravisSession> session_;
   std::vector<std::future<void>> former_;  ///< sessions that are being taken down
   std::vector<bool> on_loan_;
   AppliedSettings applied_;
+  ExposureRange range_;  ///< asked for once, before it streams
+  Status range_status_ = Status::not_configured;
+  ExposureInForce in_force_;
+  Status adjust_status_ = Status::ok;  ///< of one that was sent
   StampMeaning stamp_meaning_ = StampMeaning::end_of_exposure;
   BlockIdCounter counter_;
   std::string name_;
