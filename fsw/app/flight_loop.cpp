@@ -213,7 +213,7 @@ void FlightLoop::begin_report() {
   report_.features = report_.matched = report_.inliers = 0;
   report_.dropped = 0;
   report_.exposures.fill({});
-  report_.torn = false;
+  report_.tears.fill({});
   report_.test_ratio = 0.0;
   report_.feature_reports.clear();
   report_.times = StageTimes();
@@ -291,9 +291,8 @@ Status FlightLoop::navigate(const FrameEpoch& epoch) {
   const bool was_started = navigator_->has_started();
   const Status status = navigator_->process({epoch.images.data(), intake_.cameras()}, stamp_.time, report_);
   if (report_.dropped > 0) events_.report(EventId::spots_dropped, Status::no_capacity, {report_.dropped});
-  if (report_.torn) {
-    events_.report(EventId::image_torn, Status::incomplete,
-                   {report_.torn_camera, report_.torn_row_px, report_.late_spots});
+  for (const Tear& tear : report_.tears) {
+    if (tear.exists()) events_.torn_image(tear);
   }
   if (!navigator_->has_started()) return judge_start(status);
   if (!was_started && report_.mode == Mode::lost) change_mode(Mode::acquire, Status::ok);
