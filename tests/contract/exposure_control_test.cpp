@@ -4,9 +4,11 @@
 #include "platform/host/scripted_exposure_control.hpp"
 #include "platform/linux/stream_exposure.hpp"
 #include "platform/linux/v4l2_driver.hpp"
-#include "tests/contract/exposure_control_contract.hpp"
 #include "tests/support/scripted_driver.hpp"
 #include "tests/support/scripted_video.hpp"
+
+// After the rest: its macros replace new.
+#include "tests/contract/exposure_control_contract.hpp"
 
 namespace {
 
