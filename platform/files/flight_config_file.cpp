@@ -6,6 +6,7 @@
 #include <initializer_list>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "platform/files/input_error.hpp"
 #include "platform/files/text.hpp"
@@ -226,6 +227,8 @@ void read_section(const std::string& path, const std::string& name, const YAML::
     if (setter == keys.end())
       throw InputError(path, line_of(entry.first), "unknown key " + in_quotes(name + "." + key),
                        "one of " + names_of(keys));
+    if (lines.contains(name + "." + key))
+      throw InputError(path, line_of(entry.first), "key " + in_quotes(name + "." + key) + " a second time", "it once");
     const std::string expected = entry.second.IsScalar() ? setter->second(entry.second.Scalar()) : "a single value";
     if (!expected.empty()) {
       throw InputError(
@@ -295,8 +298,11 @@ void read_flight_config(const std::string& path, app::FlightLoopConfig& config) 
   if (root.IsNull()) return;  // an empty file changes nothing
   const auto sections = sections_of(config);
   if (!root.IsMap()) throw InputError(path, 0, "holds no sections", names_of(sections));
+  std::set<std::string> given;
   for (const auto& entry : root) {
     const std::string name = entry.first.Scalar();
+    if (!given.insert(name).second)
+      throw InputError(path, line_of(entry.first), "section " + in_quotes(name) + " a second time", "it once");
     if (!sections.contains(name)) {
       throw InputError(path, line_of(entry.first), "unknown section " + in_quotes(name),
                        "one of " + names_of(sections));

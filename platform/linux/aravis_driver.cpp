@@ -8,7 +8,6 @@
 
 #include <algorithm>
 #include <chrono>
-#include <utility>
 
 #include "platform/linux/aravis_link.hpp"
 
@@ -16,6 +15,7 @@ namespace relnav::platform::linux {
 namespace {
 
 constexpr std::uint32_t most_loans = 8;
+constexpr Duration longest_adjustment{20'000'000};
 
 /// Buffers beside those on loan bridge the time in which nobody takes any: about 64 MiB of them.
 std::uint32_t buffer_count(std::uint32_t payload_bytes) {
@@ -53,7 +53,6 @@ Status AravisDriver::open(const CameraSettings& settings) {
     // Asked before anything streams: with a camera that has vanished every question takes seconds.
     range_status_ = exposure_range_of(session_->camera(), range_);
     in_force_.restart({{static_cast<std::int64_t>(applied_.exposure_us * 1e3)}, applied_.gain});
-    adjust_status_ = Status::ok;
     status = start_stream(settings);
   }
   if (status != Status::ok) close();
@@ -242,13 +241,15 @@ Status AravisDriver::exposure_range(ExposureRange& range) {
   return range_status_;
 }
 
-void AravisDriver::take_adjusted() {
-  AravisSession::Adjusted adjusted;
-  if (!session_->take_adjusted(adjusted)) return;
-  adjust_status_ = adjusted.status;
+void AravisDriver::note(const AravisSession::Adjusted& adjusted) {
   if (adjusted.status != Status::ok) return;
   in_force_.change(adjusted.time, {{static_cast<std::int64_t>(adjusted.values.exposure_us * 1e3)},
                                    std::max(adjusted.values.gain, 0.0)});
+}
+
+void AravisDriver::take_adjusted() {
+  AravisSession::Adjusted adjusted;
+  if (session_->take_adjusted(adjusted)) note(adjusted);
 }
 
 Status AravisDriver::adjust(ExposureValues& values) {
@@ -256,13 +257,17 @@ Status AravisDriver::adjust(ExposureValues& values) {
   if (session_->is_lost()) return Status::device_lost;
   if (range_status_ != Status::ok) return range_status_;
   take_adjusted();
-  if (std::exchange(adjust_status_, Status::ok) != Status::ok) {
-    problem_ = name_ + ": the exposure is not accepted (expected a camera that takes it while it streams)";
-    return Status::io_error;
+  AravisSession::Adjusted adjusted;
+  if (!session_->adjust(values, longest_adjustment, adjusted)) {
+    problem_ = name_ + ": it does not answer to another exposure (expected an answer within 20 ms)";
+    return Status::timeout;
   }
-  values.exposure_us = std::clamp(values.exposure_us, range_.least_us, range_.most_us);
-  if (values.gain >= 0.0 && range_.has_gain) values.gain = std::clamp(values.gain, range_.gain_least, range_.gain_most);
-  session_->adjust(values);
+  if (adjusted.status != Status::ok) {
+    problem_ = name_ + ": the exposure is not accepted (expected a camera that takes it while it streams)";
+    return session_->is_lost() ? Status::device_lost : Status::io_error;
+  }
+  note(adjusted);
+  values = adjusted.values;
   return Status::ok;
 }
 

@@ -33,8 +33,7 @@ class AravisDriver final : public CameraDriver {
   Status give_back(std::uint32_t buffer) override;
   Status trigger() override;
   Status exposure_range(ExposureRange& range) override;
-  /// Sent by a thread of its own: what the camera makes of it is known a few milliseconds later. `values` are the nearest in its
-  /// range; a refusal is the answer to the next call.
+  /// Some milliseconds on a network, at most 20. timeout: no answer until then; it may come yet.
   Status adjust(ExposureValues& values) override;
   [[nodiscard]] std::uint32_t max_loans() const override;
   [[nodiscard]] std::uint64_t underruns() const override;
@@ -45,6 +44,7 @@ class AravisDriver final : public CameraDriver {
   Status check_serial(const CameraSettings& settings);
   Status start_stream(const CameraSettings& settings);
   void take_adjusted();
+  void note(const AravisSession::Adjusted& adjusted);
   void describe(ArvBuffer* buffer, RawImage& image);
 
   std::unique_ptr<AravisSession> session_;
@@ -54,7 +54,6 @@ class AravisDriver final : public CameraDriver {
   ExposureRange range_;  ///< asked for once, before it streams
   Status range_status_ = Status::not_configured;
   ExposureInForce in_force_;
-  Status adjust_status_ = Status::ok;  ///< of one that was sent
   StampMeaning stamp_meaning_ = StampMeaning::end_of_exposure;
   BlockIdCounter counter_;
   std::string name_;

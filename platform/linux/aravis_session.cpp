@@ -3,6 +3,7 @@
 #include <arv.h>
 #include <time.h>
 
+#include <chrono>
 #include <utility>
 
 #include "platform/linux/aravis_link.hpp"
@@ -46,13 +47,18 @@ void AravisSession::trigger() {
   asked_.notify_one();
 }
 
-void AravisSession::adjust(const ExposureValues& values) {
-  {
-    const std::lock_guard lock(mutex_);
-    wanted_ = values;
-    adjust_asked_ = true;
-  }
+bool AravisSession::adjust(const ExposureValues& values, Duration wait, Adjusted& adjusted) {
+  std::unique_lock lock(mutex_);
+  wanted_ = values;
+  adjust_asked_ = true;
+  const std::uint32_t number = ++adjust_number_;
   asked_.notify_one();
+  const bool answered = answered_.wait_for(lock, std::chrono::nanoseconds(wait.ns),
+                                           [this, number] { return has_adjusted_ && adjusted_.number == number; });
+  if (!answered) return false;
+  has_adjusted_ = false;
+  adjusted = adjusted_;
+  return true;
 }
 
 bool AravisSession::take_adjusted(Adjusted& adjusted) {
@@ -71,6 +77,7 @@ void AravisSession::run() {
     const bool triggers = std::exchange(trigger_asked_, false);
     const bool adjusts = std::exchange(adjust_asked_, false);
     Adjusted adjusted;
+    adjusted.number = adjust_number_;
     adjusted.values = wanted_;
     lock.unlock();
     if (triggers) send_trigger();
@@ -84,6 +91,7 @@ void AravisSession::run() {
     if (adjusts) {
       adjusted_ = adjusted;
       has_adjusted_ = true;
+      answered_.notify_one();
     }
   }
 }

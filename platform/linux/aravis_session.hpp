@@ -42,15 +42,16 @@ class AravisSession {
   /// Sends a software trigger, later: never blocks.
   void trigger();
 
-  /// What came of the latest adjust().
+  /// What came of an adjust().
   struct Adjusted {
+    std::uint32_t number = 0;
     Status status = Status::ok;
     ExposureValues values;
     Time time;  ///< CLOCK_MONOTONIC, when the camera had it
   };
-  /// Sends these, later: never blocks. Of several that wait the latest is sent.
-  void adjust(const ExposureValues& values);
-  /// True, once for each adjust() that was sent.
+  /// Sends these, and waits for the answer at most so long. False: it has not come yet; take_adjusted() gives it.
+  [[nodiscard]] bool adjust(const ExposureValues& values, Duration wait, Adjusted& adjusted);
+  /// True, once for an answer that came late.
   [[nodiscard]] bool take_adjusted(Adjusted& adjusted);
 
   /// Takes everything down in a thread of its own: at once where the camera answers, in up to 10 s where it does not. `stop`: it
@@ -72,7 +73,9 @@ class AravisSession {
   std::mutex mutex_;
   std::condition_variable asked_;
   bool trigger_asked_ = false;
+  std::condition_variable answered_;
   bool adjust_asked_ = false;
+  std::uint32_t adjust_number_ = 0;
   ExposureValues wanted_;
   bool has_adjusted_ = false;
   Adjusted adjusted_;

@@ -279,6 +279,7 @@ Status exposure_range_of(ArvCamera* camera, ExposureRange& range) {
 
 Status push_exposure(ArvCamera* camera, ExposureValues& values) {
   AravisFailure failure;
+  const double former_us = arv_camera_get_exposure_time(camera, failure);
   if (arv_camera_is_exposure_auto_available(camera, failure))
     arv_camera_set_exposure_time_auto(camera, ARV_AUTO_OFF, failure);
   arv_camera_set_exposure_time(camera, values.exposure_us, failure);
@@ -286,7 +287,11 @@ Status push_exposure(ArvCamera* camera, ExposureValues& values) {
   if (values.gain >= 0.0) {
     if (arv_camera_is_gain_auto_available(camera, failure)) arv_camera_set_gain_auto(camera, ARV_AUTO_OFF, failure);
     arv_camera_set_gain(camera, values.gain, failure);
-    if (failure.happened()) return failure.status();
+    if (failure.happened()) {
+      AravisFailure ignored;
+      arv_camera_set_exposure_time(camera, former_us, ignored);
+      return failure.status();
+    }
     values.gain = arv_camera_get_gain(camera, failure);
     if (failure.happened()) return failure.status();
   }

@@ -114,8 +114,8 @@ class CameraDriver {
   /// unsupported: the camera has no exposure time to set; else as adjust().
   virtual Status exposure_range(ExposureRange& range) = 0;
   /// Tells a camera that streams another exposure within its range; `values` becomes what it made of it. Does not wait for a
-  /// frame. RawImage::exposure and gain follow with the frames that may have them. io_error: this or the one before was not
-  /// accepted; device_lost; not_configured: not open.
+  /// frame. RawImage::exposure and gain follow with the frames that may have them. io_error: not accepted, and all is as
+  /// before; timeout: no answer yet; device_lost; not_configured: not open.
   virtual Status adjust(ExposureValues& values) = 0;
   /// Images that may be on loan at once while streaming goes on.
   [[nodiscard]] virtual std::uint32_t max_loans() const = 0;

@@ -36,6 +36,7 @@ class ScriptedHarness {
   Duration next_exposure() { return scripted_.applied().time; }
   hal::Exposure in_device() { return scripted_.applied(); }
   Time now() const { return {}; }
+  Duration slack() const { return {0}; }
 
  private:
   platform::host::ScriptedExposureControl scripted_;
@@ -58,6 +59,7 @@ class StreamHarness {
   hal::ExposureControl& control() { return exposure_; }
   Status start() { return camera_.start(); }
   Time now() const { return clock_.peek(); }
+  Duration slack() const { return {0}; }
 
  protected:
   bool see_loss() {

@@ -152,6 +152,10 @@ TEST(FlightFile, AutomaticExposure) {
 }
 
 TEST(FlightFile, RefusedWithPlaceAndExpectation) {
+  refused("rate_hz: 10", "format: y10", "7: key 'camera.format' a second time (expected it once)");
+  refused("realtime:", "mode: noncoop\nrealtime:", "15: key 'mode' a second time (expected it once)");
+  refused("lost_after_frames: 7", "lost_after_frames: 7, lost_after_frames: 8",
+          "16: key 'loop.lost_after_frames' a second time (expected it once)");
   refused("realtime:", "real_time:", "15: unknown key 'real_time' (expected one of mode, target, ");
   refused("rate_hz: 10", "rate: 10", "7: unknown key 'camera.rate' (expected one of source, ");
   refused("rate_hz: 10", "rate_hz: fast", "7: camera.rate_hz is 'fast' (expected a number from 0.001 to 10000)");
