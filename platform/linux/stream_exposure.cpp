@@ -15,7 +15,11 @@ double StreamExposure::factor_of(double gain) const {
 }
 
 double StreamExposure::gain_of(double factor) const {
-  return unit_.kind == GainUnit::Kind::decibel ? 20.0 * std::log10(factor) / unit_.step : factor / unit_.step;
+  const double gain =
+      unit_.kind == GainUnit::Kind::decibel ? 20.0 * std::log10(factor) / unit_.step : factor / unit_.step;
+  constexpr double digits =
+      1e9;  // there and back it is the same number: some cameras cut off what comes after the point
+  return std::round(gain * digits) / digits;
 }
 
 Status StreamExposure::limits(hal::ExposureLimits& limits) {
