@@ -1,5 +1,6 @@
 #include "fsw/app/camera_feed.hpp"
 
+#include "fsw/app/camera_image.hpp"
 #include "fsw/app/saturating.hpp"
 
 namespace relnav::app {
@@ -8,11 +9,18 @@ void CameraFeed::configure(const FrameLimits& limits, Duration longest_silence, 
                            std::uint32_t height_px, int sensor_bits) {
   checks_.configure(limits, width_px, height_px, sensor_bits);
   longest_silence_ = longest_silence;
+  measures_ = false;
+  sensor_bits_ = sensor_bits;
   is_lost_ = false;
   attempts_ = 0;
   silence_ = {};
   outcome_ = FeedOutcome();
   counts_ = Counts();
+}
+
+void CameraFeed::measure_brightness(const vision::BrightnessSettings& settings) {
+  measures_ = true;
+  brightness_ = settings;
 }
 
 Status CameraFeed::start() {
@@ -68,9 +76,21 @@ void CameraFeed::take(const hal::Frame& frame) {
   outcome_.check = check;
   outcome_.status = outcome_.reason = status_of(check.fault);
   outcome_.refused = check.fault != FrameFault::none;
+  // A frozen image would be corrected for ever, one of another time twice.
+  outcome_.measured = measures_ && (check.fault == FrameFault::none || check.fault == FrameFault::no_contrast);
+  if (outcome_.measured) outcome_.brightness = brightness_of(frame);
   if (!outcome_.refused) return;
   increment(counts_.refused);
   static_cast<void>(give_back());  // lost if it fails
+}
+
+vision::Brightness CameraFeed::brightness_of(const hal::Frame& frame) const {
+  const CameraImage image = image_of(frame);
+  if (const auto* deep = std::get_if<vision::ImageView16>(&image)) {
+    return vision::measure_brightness(*deep, sensor_bits_, brightness_);
+  }
+  const auto* shallow = std::get_if<vision::ImageView>(&image);
+  return shallow == nullptr ? vision::Brightness() : vision::measure_brightness(*shallow, 8, brightness_);
 }
 
 void CameraFeed::without_frame(Status reason, Duration wait) {

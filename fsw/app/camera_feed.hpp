@@ -2,6 +2,7 @@
 #include <cstdint>
 
 #include "fsw/app/frame_checks.hpp"
+#include "fsw/vision/brightness.hpp"
 #include "hal/camera.hpp"
 #include "hal/clock.hpp"
 
@@ -19,7 +20,9 @@ struct FeedOutcome {
   bool received = false;            ///< `frame` came in this step; its lease may be over
   bool refused = false;             ///< and must not be used
   hal::Frame frame;
-  FrameCheck check;  ///< of that frame
+  FrameCheck check;       ///< of that frame
+  bool measured = false;  ///< `brightness` is of that frame, used or not: black and white ones have to be seen as well
+  vision::Brightness brightness;
 
   [[nodiscard]] bool damaged() const { return status == Status::incomplete && !refused; }
   [[nodiscard]] bool waited_in_vain() const { return reason == Status::timeout && !refused; }
@@ -41,6 +44,8 @@ class CameraFeed {
   /// Forgets all frames and counts. For a camera that does not stream. `sensor_bits` as FrameChecks::configure.
   void configure(const FrameLimits& limits, Duration longest_silence, std::uint32_t width_px, std::uint32_t height_px,
                  int sensor_bits);
+  /// Has the brightness of frames measured from now on, until configure().
+  void measure_brightness(const vision::BrightnessSettings& settings);
   Status start();
   /// A lease that is still held is given back first; nothing of the frames is kept.
   Status stop();
@@ -71,11 +76,15 @@ class CameraFeed {
   /// The camera gave `frame`.
   void take(const hal::Frame& frame);
   void without_frame(Status reason, Duration wait);
+  [[nodiscard]] vision::Brightness brightness_of(const hal::Frame& frame) const;
 
   hal::Camera* camera_;
   hal::Clock& clock_;
   FrameChecks checks_;
   Duration longest_silence_;
+  bool measures_ = false;
+  vision::BrightnessSettings brightness_;
+  int sensor_bits_ = 8;
 
   hal::Frame frame_;
   bool has_frame_ = false;  ///< to be used

@@ -10,7 +10,7 @@ namespace relnav::app {
 namespace {
 
 constexpr std::uint32_t magic = 0x524E4346;  // RNCF
-constexpr std::uint16_t version = 2;         // of the list of values below: a new one for every change
+constexpr std::uint16_t version = 3;         // of the list of values below: a new one for every change
 constexpr std::size_t header_bytes = 10;
 constexpr std::size_t crc_bytes = 4;
 
@@ -159,6 +159,29 @@ void visit_lines(Lines& lines, Visit& visit) {
   visit(lines.time.holdover_after.ns);
 }
 
+template <typename Exposure, typename Visit>
+void visit_exposure(Exposure& e, Visit& visit) {
+  visit(e.enabled);
+  visit(e.brightness.sample_step_px);
+  visit(e.brightness.dark_level);
+  visit(e.brightness.bright_permille);
+  visit(e.brightness.saturated_permille);
+  visit(e.target_level);
+  visit(e.ceiling_level);
+  visit(e.black_level);
+  visit(e.dead_band);
+  visit(e.max_step);
+  visit(e.settle_frames);
+  visit(e.min_bright_samples);
+  visit(e.dark_frames);
+  visit(e.when_dark);
+  visit(e.exposure_min.ns);
+  visit(e.exposure_max.ns);
+  visit(e.exposure_start.ns);
+  visit(e.gain_min);
+  visit(e.gain_max);
+}
+
 template <typename Config, typename Visit>
 void visit_config(Config& c, Visit& visit) {
   visit(c.navigation);
@@ -186,6 +209,7 @@ void visit_config(Config& c, Visit& visit) {
   visit(c.acquire_wait.ns);
   visit(c.packets.apid_base);
   visit_lines(c.lines, visit);
+  visit_exposure(c.exposure, visit);
 }
 
 }  // namespace

@@ -76,7 +76,7 @@ void CoopNavigator::restart() {
   filter_.restart();
   restart_search();
   sights_.restart();
-  torn_frames_ = 0;
+  torn_.fill({});
 }
 
 void CoopNavigator::restart_search() {
@@ -260,11 +260,8 @@ void CoopNavigator::remember_markers(std::span<const CameraImage> images) {
 
 void CoopNavigator::drop_late_spots(const Tear& tear, StepReport& report) {
   drop_late_side(tear, assignment_);
-  tear_ = tear;
-  report.torn = true;
-  report.torn_camera = static_cast<std::uint8_t>(tear.camera);
-  report.torn_row_px = static_cast<std::int32_t>(tear.row_px);
-  report.late_spots = tear.late;
+  torn_[tear.camera].tear = tear;
+  report.tears[tear.camera] = tear;
 }
 
 void CoopNavigator::drop_torn_parts(std::span<const CameraImage> images, StepReport& report) {
@@ -275,17 +272,21 @@ void CoopNavigator::drop_torn_parts(std::span<const CameraImage> images, StepRep
   }
 }
 
-bool CoopNavigator::drop_torn_outliers(std::span<const CameraImage> images, StepReport& report) {
+bool CoopNavigator::drop_torn_outliers(std::span<const CameraImage> images, std::array<bool, config::max_cameras>& done,
+                                       StepReport& report) {
   for (std::size_t c = 0; c < images.size(); ++c) {
-    Tear tear = tear_;
+    if (done[c]) continue;
+    const Torn& torn = torn_[c];
+    Tear tear = torn.tear;
     const auto camera = static_cast<std::uint16_t>(c);
     // With half of the markers gone in the frame before, nothing is known well enough to tell anew: the tear stays where it was
     // until the image is of one moment again. Not for ever: outliers may have another cause.
-    const bool goes_on = torn_frames_ > 0 && torn_frames_ < most_torn_frames && tear_.camera == camera &&
+    const bool goes_on = torn.frames > 0 && torn.frames < most_torn_frames &&
                          has_outliers(assignment_.observations, solution_.used, camera, config_.tear);
     if (goes_on ||
         find_tear_by_outliers(markers_before_, markers_, assignment_, solution_.used, camera, config_.tear, tear)) {
       drop_late_spots(tear, report);
+      done[c] = true;
       return true;
     }
   }
@@ -296,7 +297,9 @@ Status CoopNavigator::update(std::span<const CameraImage> images, const Pose& pr
                              StepReport& report) {
   if (assignment_.observations.size() < config_.min_observations) return update_from_few(images, report);
   Status status = estimator_.solve(assignment_.observations, &predicted, solution_);
-  if (status == Status::ok && drop_torn_outliers(images, report)) {
+  std::array<bool, config::max_cameras> done{};
+  for (std::size_t pass = 0; pass < images.size() && status == Status::ok; ++pass) {
+    if (!drop_torn_outliers(images, done, report)) break;
     solution_.used.fill(false);
     if (assignment_.observations.size() < config_.min_observations) return update_from_few(images, report);
     status = estimator_.solve(assignment_.observations, &predicted, solution_);
@@ -327,7 +330,9 @@ Status CoopNavigator::track(std::span<const CameraImage> images, Time time, Step
   solution_.used.fill(false);
   report.state = filter_.output();
   status = update(images, predicted, time, report);
-  torn_frames_ = report.torn ? std::min(torn_frames_ + 1, most_torn_frames) : 0;
+  for (std::size_t c = 0; c < torn_.size(); ++c) {
+    torn_[c].frames = report.tears[c].exists() ? std::min(torn_[c].frames + 1, most_torn_frames) : 0;
+  }
   report.times.update_ns += timer.lap();
   return status;
 }
@@ -350,7 +355,7 @@ Status CoopNavigator::update_from_few(std::span<const CameraImage> images, StepR
 
 void CoopNavigator::look_at_sights(std::span<const CameraImage> images, const StepReport& report) {
   for (std::size_t c = 0; c < images.size(); ++c) {
-    if (std::holds_alternative<std::monostate>(images[c]) || (report.torn && report.torn_camera == c)) continue;
+    if (std::holds_alternative<std::monostate>(images[c]) || report.tears[c].exists()) continue;
     const auto camera = static_cast<std::uint16_t>(c);
     agreeing_markers_.clear();
     expect_markers(estimator_.rig(), config_.target, solution_.estimate.pose, solution_.estimate.covariance, camera,

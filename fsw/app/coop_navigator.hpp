@@ -73,9 +73,11 @@ class CoopNavigator final : public Navigator {
                            StepReport& report);
   /// Where the filter has its markers, before it goes on to this frame.
   void remember_markers(std::span<const CameraImage> images);
-  /// Take out what still shows the frame before: what spots tell by themselves, then what a pose has left out. True: some.
+  /// Take out what still shows the frame before: what spots tell by themselves, then what a pose has left out. True: some, of
+  /// one camera that is not `done` yet; the pose then has to be solved anew before the other is looked at.
   void drop_torn_parts(std::span<const CameraImage> images, StepReport& report);
-  bool drop_torn_outliers(std::span<const CameraImage> images, StepReport& report);
+  bool drop_torn_outliers(std::span<const CameraImage> images, std::array<bool, config::max_cameras>& done,
+                          StepReport& report);
   void drop_late_spots(const Tear& tear, StepReport& report);
   Status update(std::span<const CameraImage> images, const Pose& predicted, Time time, StepReport& report);
   /// Too few for a pose of their own: they correct the predicted one. inconsistent: none of them fits it.
@@ -101,8 +103,12 @@ class CoopNavigator final : public Navigator {
   SpotAssignment agreeing_;
   CooperativeSolution solution_;
   AcquiredSpots acquired_;
-  Tear tear_;            ///< the latest
-  int torn_frames_ = 0;  ///< in a row, up to the frame before
+  /// Of one camera: its latest tear, and torn frames in a row up to the frame before.
+  struct Torn {
+    Tear tear;
+    int frames = 0;
+  };
+  std::array<Torn, config::max_cameras> torn_;
   enum class Search : std::uint8_t { none, running, found };
   Search search_ = Search::none;
   Time looked_at_;              ///< of the spots that are or were searched

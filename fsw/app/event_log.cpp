@@ -27,11 +27,11 @@ void EventLog::configure(std::uint32_t spacing_frames) {
   spacing_frames_ = spacing_frames;
 }
 
-bool EventLog::note(EventId id, std::uint32_t frame, telemetry::EventPacket& packet) {
+bool EventLog::note(EventId id, std::uint32_t frame, telemetry::EventPacket& packet, std::size_t camera) {
   Entry& entry = entries_[static_cast<std::size_t>(id) - 1U];
   ++count_;
   ++entry.occurrence;
-  if (entry.reported && !is_always_reported(id) && frame - entry.reported_at < spacing_frames_) {
+  if (entry.reported[camera] && !is_always_reported(id) && frame - entry.reported_at[camera] < spacing_frames_) {
     ++entry.suppressed;
     ++suppressed_;
     return false;
@@ -40,8 +40,8 @@ bool EventLog::note(EventId id, std::uint32_t frame, telemetry::EventPacket& pac
   packet.occurrence = entry.occurrence;
   packet.suppressed = entry.suppressed;
   entry.suppressed = 0;
-  entry.reported = true;
-  entry.reported_at = frame;
+  entry.reported[camera] = true;
+  entry.reported_at[camera] = frame;
   return true;
 }
 

@@ -1,7 +1,9 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
+#include "fsw/config.hpp"
 #include "fsw/telemetry/events.hpp"
 #include "fsw/telemetry/packets.hpp"
 
@@ -14,7 +16,9 @@ class EventLog {
  public:
   void configure(std::uint32_t spacing_frames);
   /// Counts one event at frame number `frame` (never going back). True: report it; the counts of `packet` are then set.
-  [[nodiscard]] bool note(telemetry::EventId id, std::uint32_t frame, telemetry::EventPacket& packet);
+  /// `camera`: of an event that two cameras may have at once, and that is spaced for each by itself.
+  [[nodiscard]] bool note(telemetry::EventId id, std::uint32_t frame, telemetry::EventPacket& packet,
+                          std::size_t camera = 0);
   /// Events so far, reported or not.
   [[nodiscard]] std::uint32_t count() const { return count_; }
   [[nodiscard]] std::uint32_t suppressed() const { return suppressed_; }
@@ -23,8 +27,8 @@ class EventLog {
   struct Entry {
     std::uint32_t occurrence = 0;
     std::uint32_t suppressed = 0;
-    std::uint32_t reported_at = 0;
-    bool reported = false;
+    std::array<std::uint32_t, config::max_cameras> reported_at{};
+    std::array<bool, config::max_cameras> reported{};
   };
   std::array<Entry, telemetry::event_definitions.size()> entries_{};
   std::uint32_t spacing_frames_ = 0;

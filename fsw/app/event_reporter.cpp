@@ -92,4 +92,9 @@ void EventReporter::missing_mate(const FrameEpoch& epoch, std::uint32_t incomple
          {static_cast<std::int64_t>(epoch.missing), epoch.stamp.time.ns, incomplete});
 }
 
+void EventReporter::torn_image(const Tear& tear) {
+  telemetry_.send_event(EventId::image_torn, Status::incomplete, stamp_, frames_,
+                        {tear.camera, static_cast<std::int64_t>(tear.row_px), tear.late}, tear.camera);
+}
+
 }  // namespace relnav::app

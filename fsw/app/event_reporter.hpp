@@ -4,6 +4,7 @@
 #include "fsw/app/flight_config.hpp"
 #include "fsw/app/frame_intake.hpp"
 #include "fsw/app/telemetry_writer.hpp"
+#include "fsw/estimation/torn_image.hpp"
 
 namespace relnav::app {
 
@@ -31,6 +32,7 @@ class EventReporter {
   void fault(std::size_t camera, const FeedOutcome& outcome);
   /// `incomplete`: frames so far.
   void missing_mate(const FrameEpoch& epoch, std::uint32_t incomplete);
+  void torn_image(const Tear& tear);
 
  private:
   void concern_frame_of(const FeedOutcome& outcome);

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 
+#include "fsw/app/auto_exposure.hpp"
 #include "fsw/app/coop_navigator.hpp"
 #include "fsw/app/filter_watch.hpp"
 #include "fsw/app/frame_checks.hpp"
@@ -48,6 +49,7 @@ struct FlightLoopConfig {
   FrameLimits frames;                      ///< latest_time_ns is cut to what telemetry can carry
   FilterLimits filter;
   LineConfig lines;
+  AutoExposureConfig exposure;  ///< of cameras that have an exposure control
 
   [[nodiscard]] bool is_scale_known() const { return scale_known || navigation != NavigationKind::noncoop; }
 
@@ -60,6 +62,14 @@ struct FlightLoopConfig {
 };
 
 /// What is wrong with a configuration; the `item` of a configuration_refused event.
-enum class ConfigItem : std::uint8_t { none = 0, camera = 1, navigator = 2, packets = 3, limits = 4, lines = 5 };
+enum class ConfigItem : std::uint8_t {
+  none = 0,
+  camera = 1,
+  navigator = 2,
+  packets = 3,
+  limits = 4,
+  lines = 5,
+  exposure = 6
+};
 
 }  // namespace relnav::app

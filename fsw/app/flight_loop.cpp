@@ -64,7 +64,8 @@ FlightLoop::FlightLoop(hal::Camera& camera, hal::Clock& clock, hal::PacketLink& 
       telemetry_(link),
       events_(telemetry_),
       lines_(peripherals.lines, clock, telemetry_, events_),
-      commands_(peripherals.commands, clock, telemetry_, events_) {}
+      commands_(peripherals.commands, clock, telemetry_, events_),
+      exposures_{AutoExposure(peripherals.exposures[0]), AutoExposure(peripherals.exposures[1])} {}
 
 // ---- configuration and start ----
 
@@ -83,6 +84,7 @@ ConfigItem FlightLoop::validate(const FlightLoopConfig& config, CameraRig& rig) 
     return ConfigItem::packets;
   }
   if (!config.lines.is_valid()) return ConfigItem::lines;
+  if (!config.exposure.is_valid()) return ConfigItem::exposure;
   const FilterLimits& filter = config.filter;
   const bool limits_valid = config.acquire_wait.ns >= 0 && config.camera_silence.ns > 0 &&
                             config.lost_after_frames > 0 && config.frames.gap_periods > 0 &&
@@ -156,6 +158,8 @@ void FlightLoop::configure_intake(const CameraRig& rig) {
     const CameraIntrinsics& k = rig[c].model.intrinsics();
     intake_.feed(c).configure(config_.frames, config_.camera_silence, static_cast<std::uint32_t>(k.width_px),
                               static_cast<std::uint32_t>(k.height_px), sensor_bits);
+    exposures_[c].configure(config_.exposure);
+    if (exposures_[c].is_on()) intake_.feed(c).measure_brightness(config_.exposure.brightness);
   }
 }
 
@@ -208,7 +212,8 @@ const StepReport& FlightLoop::step() {
 void FlightLoop::begin_report() {
   report_.features = report_.matched = report_.inliers = 0;
   report_.dropped = 0;
-  report_.torn = false;
+  report_.exposures.fill({});
+  report_.tears.fill({});
   report_.test_ratio = 0.0;
   report_.feature_reports.clear();
   report_.times = StageTimes();
@@ -228,7 +233,16 @@ Status FlightLoop::take_frame() {
     const Status released = intake_.give_back(c);
     if (released != Status::ok) events_.camera_lost(c, released);
   }
+  serve_exposures();
   return used;
+}
+
+void FlightLoop::serve_exposures() {
+  for (std::size_t c = 0; c < intake_.cameras(); ++c) {
+    if (!exposures_[c].is_on()) continue;
+    const FeedOutcome& outcome = intake_.feed(c).outcome();
+    report_.exposures[c] = exposures_[c].serve(outcome.measured ? &outcome.brightness : nullptr);
+  }
 }
 
 Status FlightLoop::without_frame(const FrameEpoch& epoch) {
@@ -277,9 +291,8 @@ Status FlightLoop::navigate(const FrameEpoch& epoch) {
   const bool was_started = navigator_->has_started();
   const Status status = navigator_->process({epoch.images.data(), intake_.cameras()}, stamp_.time, report_);
   if (report_.dropped > 0) events_.report(EventId::spots_dropped, Status::no_capacity, {report_.dropped});
-  if (report_.torn) {
-    events_.report(EventId::image_torn, Status::incomplete,
-                   {report_.torn_camera, report_.torn_row_px, report_.late_spots});
+  for (const Tear& tear : report_.tears) {
+    if (tear.exists()) events_.torn_image(tear);
   }
   if (!navigator_->has_started()) return judge_start(status);
   if (!was_started && report_.mode == Mode::lost) change_mode(Mode::acquire, Status::ok);

@@ -1,7 +1,9 @@
 #pragma once
+#include <array>
 #include <cstdint>
 #include <variant>
 
+#include "fsw/app/auto_exposure.hpp"
 #include "fsw/app/command_service.hpp"
 #include "fsw/app/event_reporter.hpp"
 #include "fsw/app/filter_watch.hpp"
@@ -76,6 +78,7 @@ class FlightLoop {
   void give_up_estimate(Status reason);
   void change_mode(Mode to, Status reason);
 
+  void serve_exposures();
   void serve_commands();
   /// What the command did; unfinished: it will be told later.
   Status execute(const telemetry::Telecommand& command);
@@ -100,6 +103,7 @@ class FlightLoop {
   CommandService commands_;
   telemetry::TelecommandRequest naming_request_;  ///< the latest set_tai accepted
   LatencyMeter latency_;
+  std::array<AutoExposure, config::max_cameras> exposures_;  ///< by camera
 
   StepReport report_;
   Counts counts_;

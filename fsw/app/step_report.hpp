@@ -1,10 +1,13 @@
 #pragma once
+#include <array>
 #include <cstdint>
 
+#include "fsw/app/auto_exposure.hpp"
 #include "fsw/base/bounded_vector.hpp"
 #include "fsw/base/status.hpp"
 #include "fsw/config.hpp"
 #include "fsw/estimation/relative_state.hpp"
+#include "fsw/estimation/torn_image.hpp"
 #include "fsw/telemetry/packets.hpp"
 
 namespace relnav::app {
@@ -64,14 +67,12 @@ struct StepReport {
   std::uint16_t features = 0;  ///< in the state
   std::uint16_t matched = 0;
   std::uint16_t inliers = 0;
-  std::uint16_t refused_updates = 0;  ///< since start
-  std::int32_t dropped = 0;           ///< light spots of this frame that found no room
-  bool torn = false;                  ///< part of an image showed the frame before and was left out
-  std::uint8_t torn_camera = 0;
-  std::int32_t torn_row_px = 0;  ///< where that part begins
-  std::uint16_t late_spots = 0;  ///< that tell so
-  double test_ratio = 0.0;       ///< normalised innovation squared / its 99 % bound
+  std::uint16_t refused_updates = 0;            ///< since start
+  std::int32_t dropped = 0;                     ///< light spots of this frame that found no room
+  std::array<Tear, config::max_cameras> tears;  ///< by camera: what showed the frame before was left out
+  double test_ratio = 0.0;                      ///< normalised innovation squared / its 99 % bound
   BoundedVector<FeatureReport, config::max_features> feature_reports;
+  std::array<ExposureReport, config::max_cameras> exposures;  ///< by camera
   StageTimes times;
 };
 

@@ -131,9 +131,9 @@ void TelemetryWriter::send_command_ack(const telemetry::CommandAckPacket& packet
 void TelemetryWriter::send_pong(const telemetry::PongPacket& packet) { send(packet); }
 
 void TelemetryWriter::send_event(telemetry::EventId id, Status status, const FrameStamp& stamp, std::uint32_t frame,
-                                 const EventArgs& args) {
+                                 const EventArgs& args, std::size_t camera) {
   telemetry::EventPacket p;
-  if (!events_.note(id, frame, p)) return;
+  if (!events_.note(id, frame, p, camera)) return;
   p.status = static_cast<std::uint8_t>(status);
   p.time_ns = static_cast<std::uint64_t>(stamp.time.ns);
   p.frame_sequence = stamp.sequence;

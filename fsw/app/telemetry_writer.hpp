@@ -1,5 +1,6 @@
 #pragma once
 #include <array>
+#include <cstddef>
 #include <cstdint>
 
 #include "fsw/app/event_log.hpp"
@@ -37,7 +38,7 @@ class TelemetryWriter {
   void send_pong(const telemetry::PongPacket& packet);
   /// At most every so often, see EventLog. `frame`: number of the frame since start, for the spacing.
   void send_event(telemetry::EventId id, Status status, const FrameStamp& stamp, std::uint32_t frame,
-                  const EventArgs& args = {});
+                  const EventArgs& args = {}, std::size_t camera = 0);
 
   /// Packets that the link refused, or that could not be made.
   [[nodiscard]] std::uint32_t dropped() const { return dropped_; }

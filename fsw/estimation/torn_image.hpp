@@ -19,8 +19,9 @@ struct Tear {
   std::uint16_t camera = 0;
   double row_px = 0.0;      ///< v, halfway between the nearest spots of either moment
   bool late_below = true;   ///< larger v is of the frame before; else smaller v is
-  std::uint16_t late = 0;   ///< spots of the frame before
+  std::uint16_t late = 0;   ///< spots of the frame before; 0: there is no tear
   std::uint16_t fresh = 0;  ///< spots of this one
+  [[nodiscard]] bool exists() const { return late > 0; }
 };
 
 /// Whether the image of `camera` was put together from two frames: rows on one side still show the frame before (a buffer that

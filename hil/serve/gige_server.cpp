@@ -120,6 +120,14 @@ bool GigeServer::write(const ServedFrame& frame, Duration wait) {
   return taken_;
 }
 
+unsigned GigeServer::exposure_us() const {
+  return camera_ == nullptr ? 0 : read_register(camera_, ARV_FAKE_CAMERA_REGISTER_EXPOSURE_TIME_US);
+}
+
+unsigned GigeServer::raw_gain() const {
+  return camera_ == nullptr ? 0 : read_register(camera_, ARV_FAKE_CAMERA_REGISTER_GAIN_RAW);
+}
+
 void GigeServer::on_fill(ArvBuffer* buffer, void* server, unsigned, unsigned, unsigned pixel_format) {
   static_cast<GigeServer*>(server)->fill(buffer, pixel_format);
 }

@@ -35,6 +35,9 @@ class GigeServer final : public FrameSink {
   void plug(const FrameShape& shape) override;
   void unplug() override;
   bool write(const ServedFrame& frame, Duration wait) override;
+  /// What clients have set; frames do not change by it.
+  [[nodiscard]] unsigned exposure_us() const;
+  [[nodiscard]] unsigned raw_gain() const;
 
  private:
   static void on_fill(ArvBuffer* buffer, void* server, unsigned exposure_us, unsigned gain, unsigned pixel_format);

@@ -6,6 +6,7 @@
 #include <cstdint>
 #include <filesystem>
 #include <optional>
+#include <set>
 #include <string>
 #include <utility>
 #include <vector>
@@ -26,8 +27,11 @@ class FileSection {
   FileSection(const std::string& path, const YAML::Node& node, std::string name, std::vector<std::string> keys)
       : path_(path), node_(node), name_(std::move(name)), keys_(std::move(keys)) {
     if (!node_.IsMap()) fail(node_, in_quotes(name_) + " holds no keys", "keys of " + list_of_keys());
+    std::set<std::string> given;
     for (const auto& entry : node_) {
       const std::string key = entry.first.Scalar();
+      if (!given.insert(key).second)
+        fail(entry.first, "key " + in_quotes(full_name(key)) + " a second time", "it once");
       bool known = false;
       for (const std::string& k : keys_) known = known || k == key;
       if (!known) fail(entry.first, "unknown key " + in_quotes(full_name(key)), "one of " + list_of_keys());

@@ -6,6 +6,7 @@
 #include <initializer_list>
 #include <limits>
 #include <map>
+#include <set>
 
 #include "platform/files/input_error.hpp"
 #include "platform/files/text.hpp"
@@ -31,6 +32,8 @@ constexpr Domain at_least_one{[](double x) { return x >= 1.0; }, "a number of at
 constexpr Domain part{[](double x) { return x > 0.0 && x < 1.0; }, "a number between 0 and 1"};
 constexpr Domain correlation{[](double x) { return x >= 0.0 && x <= 1.0; }, "a number from 0 to 1"};
 constexpr Domain point_spread{[](double x) { return x >= 0.3 && x <= 3.0; }, "a number from 0.3 to 3"};
+constexpr Domain factor{[](double x) { return x > 1.0 && x <= 1e3; }, "a number over 1, up to 1000"};
+constexpr Domain gain{[](double x) { return x >= 1e-6 && x <= 1e6; }, "a number from 1e-6 to 1e6"};
 
 Setter real(double& target, const Domain& domain) {
   return [&target, &domain](const std::string& text) -> std::string {
@@ -83,6 +86,24 @@ Setter chart(AttitudeChartKind& target) {
     if (text != "mrp" && text != "rodrigues") return "mrp or rodrigues";
     target = text == "mrp" ? AttitudeChartKind::mrp : AttitudeChartKind::rodrigues;
     return {};
+  };
+}
+
+Setter dark_action(app::DarkAction& target) {
+  return [&target](const std::string& text) -> std::string {
+    if (text != "hold" && text != "raise") return "hold or raise";
+    target = text == "raise" ? app::DarkAction::raise : app::DarkAction::hold;
+    return {};
+  };
+}
+
+/// A length of time in whole microseconds.
+Setter microseconds(Duration& target) {
+  return [&target](const std::string& text) -> std::string {
+    std::int64_t us = 0;
+    const std::string expected = whole(us, 1, 60'000'000)(text);
+    if (expected.empty()) target = {us * 1000};
+    return expected;
   };
 }
 
@@ -151,6 +172,26 @@ std::map<std::string, Section> sections_of(app::FlightLoopConfig& c) {
         {"acceleration_psd", real(c.coop.filter.noise.acceleration_psd, not_negative)},
         {"angular_psd", real(c.coop.filter.noise.angular_psd, not_negative)},
         {"pair_tolerance_ns", whole(c.second.pair_tolerance.ns, 0)}}},
+      {"exposure",
+       {{"enabled", yes_no(c.exposure.enabled)},
+        {"sample_step_px", whole(c.exposure.brightness.sample_step_px, 1, 16)},
+        {"dark_level", whole(c.exposure.brightness.dark_level, 0, vision::saturated_level - 1)},
+        {"bright_permille", whole(c.exposure.brightness.bright_permille, 1, 999)},
+        {"saturated_permille", whole(c.exposure.brightness.saturated_permille, 0, 1000)},
+        {"target_level", whole(c.exposure.target_level, 1, vision::saturated_level - 1)},
+        {"ceiling_level", whole(c.exposure.ceiling_level, 1, vision::saturated_level - 1)},
+        {"black_level", whole(c.exposure.black_level, 0, vision::saturated_level - 1)},
+        {"dead_band", real(c.exposure.dead_band, factor)},
+        {"max_step", real(c.exposure.max_step, factor)},
+        {"settle_frames", whole(c.exposure.settle_frames)},
+        {"min_bright_samples", whole(c.exposure.min_bright_samples, 1)},
+        {"dark_frames", whole(c.exposure.dark_frames, 1)},
+        {"when_dark", dark_action(c.exposure.when_dark)},
+        {"min_us", microseconds(c.exposure.exposure_min)},
+        {"max_us", microseconds(c.exposure.exposure_max)},
+        {"start_us", microseconds(c.exposure.exposure_start)},
+        {"gain_min", real(c.exposure.gain_min, gain)},
+        {"gain_max", real(c.exposure.gain_max, gain)}}},
       {"loop",
        {{"scale_known", yes_no(c.scale_known)},
         {"features_every_frames", whole(c.features_every_frames)},
@@ -186,6 +227,8 @@ void read_section(const std::string& path, const std::string& name, const YAML::
     if (setter == keys.end())
       throw InputError(path, line_of(entry.first), "unknown key " + in_quotes(name + "." + key),
                        "one of " + names_of(keys));
+    if (lines.contains(name + "." + key))
+      throw InputError(path, line_of(entry.first), "key " + in_quotes(name + "." + key) + " a second time", "it once");
     const std::string expected = entry.second.IsScalar() ? setter->second(entry.second.Scalar()) : "a single value";
     if (!expected.empty()) {
       throw InputError(
@@ -208,7 +251,33 @@ int last_line_of(const Lines& lines, std::initializer_list<const char*> keys) {
 }
 
 /// Values that are good each by itself, but not together.
+void check_exposure(const std::string& path, const app::AutoExposureConfig& e, const Lines& lines) {
+  const auto refuse = [&](std::initializer_list<const char*> keys, const std::string& problem, const char* expected) {
+    throw InputError(path, last_line_of(lines, keys), problem, expected);
+  };
+  if (e.black_level > e.brightness.dark_level || e.brightness.dark_level >= e.target_level ||
+      e.target_level >= e.ceiling_level) {
+    refuse({"exposure.black_level", "exposure.dark_level", "exposure.target_level", "exposure.ceiling_level"},
+           format_text("exposure.black_level is %d, dark_level %d, target_level %d, ceiling_level %d", e.black_level,
+                       e.brightness.dark_level, e.target_level, e.ceiling_level),
+           "black_level not over dark_level, this under target_level, and that under ceiling_level");
+  }
+  if (e.max_step < e.dead_band)
+    refuse({"exposure.dead_band", "exposure.max_step"},
+           format_text("exposure.dead_band is %g, max_step %g", e.dead_band, e.max_step),
+           "max_step at least as large as dead_band");
+  if (e.exposure_min > e.exposure_start || e.exposure_start > e.exposure_max)
+    refuse({"exposure.min_us", "exposure.start_us", "exposure.max_us"},
+           format_text("exposure.min_us is %g, start_us %g, max_us %g", e.exposure_min.seconds() * 1e6,
+                       e.exposure_start.seconds() * 1e6, e.exposure_max.seconds() * 1e6),
+           "min_us not over start_us, and start_us not over max_us");
+  if (e.gain_min > e.gain_max)
+    refuse({"exposure.gain_min", "exposure.gain_max"},
+           format_text("exposure.gain_min is %g, gain_max %g", e.gain_min, e.gain_max), "gain_min not over gain_max");
+}
+
 void check_together(const std::string& path, const app::FlightLoopConfig& c, const Lines& lines) {
+  check_exposure(path, c.exposure, lines);
   const SpotSearchSettings& search = c.coop.search;
   if (!(search.range_min_m < search.range_max_m))
     throw InputError(
@@ -229,8 +298,11 @@ void read_flight_config(const std::string& path, app::FlightLoopConfig& config) 
   if (root.IsNull()) return;  // an empty file changes nothing
   const auto sections = sections_of(config);
   if (!root.IsMap()) throw InputError(path, 0, "holds no sections", names_of(sections));
+  std::set<std::string> given;
   for (const auto& entry : root) {
     const std::string name = entry.first.Scalar();
+    if (!given.insert(name).second)
+      throw InputError(path, line_of(entry.first), "section " + in_quotes(name) + " a second time", "it once");
     if (!sections.contains(name)) {
       throw InputError(path, line_of(entry.first), "unknown section " + in_quotes(name),
                        "one of " + names_of(sections));

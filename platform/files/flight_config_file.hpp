@@ -8,7 +8,7 @@
 
 namespace relnav {
 
-/// Overwrites the values named in a YAML file: sections `filter`, `front_end`, `cooperative`, `loop`; keys and meaning as the
+/// Overwrites the values named in a YAML file: sections `filter`, `front_end`, `cooperative`, `exposure`, `loop`; keys and meaning as the
 /// members of NoncoopConfig, NavigatorConfig, CoopNavigatorConfig and FlightLoopConfig. Throws InputError on an unknown key and
 /// on a value that the flight loop would refuse, by the motion that `config` names.
 void read_flight_config(const std::string& path, app::FlightLoopConfig& config);

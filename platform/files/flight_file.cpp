@@ -20,6 +20,7 @@ constexpr Words<app::NavigationKind, 3> mode_words{{{"noncoop", app::NavigationK
                                                     {"coop-stereo", app::NavigationKind::coop_stereo}}};
 constexpr Words<bool, 2> motion_words{{{"rigid-target", true}, {"camera", false}}};
 constexpr Words<bool, 2> yes_no_words{{{"true", true}, {"false", false}}};
+constexpr Words<bool, 2> gain_words{{{"linear", false}, {"db", true}}};
 constexpr Words<CameraSource::Trigger, 3> trigger_words{{{"free-running", CameraSource::Trigger::free_running},
                                                          {"software", CameraSource::Trigger::software},
                                                          {"line", CameraSource::Trigger::line}}};
@@ -56,6 +57,8 @@ CameraSource read_source(const FileSection& section) {
   source.rate_hz = section.number_or("rate_hz", 1e-3, 1e4, 0.0);
   source.exposure_us = section.number_or("exposure_us", 1.0, most, 0.0);
   source.gain = section.number_or("gain", 0.0, most, -1.0);
+  source.gain_in_db = section.word_or("gain_unit", gain_words, source.kind == CameraSource::Kind::aravis);
+  source.gain_step = section.number_or("gain_step", 1e-6, 1e6, 1.0);
   source.trigger = section.word_or("trigger", trigger_words, CameraSource::Trigger::free_running);
   source.stamps = section.word_or("stamps", stamp_words, CameraSource::Stamps::end_of_exposure);
   source.copy_frames = section.word_or("copy_frames", yes_no_words, false);
@@ -72,9 +75,9 @@ CameraSource read_source(const FileSection& section) {
   return source;
 }
 
-const std::vector<std::string> camera_keys{"source",      "calibration", "format",       "rate_hz",
-                                           "exposure_us", "gain",        "trigger",      "stamps",
-                                           "copy_frames", "serial",      "packet_bytes", "socket_buffer_bytes"};
+const std::vector<std::string> camera_keys{
+    "source", "calibration", "format", "rate_hz",      "exposure_us",         "gain",      "trigger",
+    "stamps", "copy_frames", "serial", "packet_bytes", "socket_buffer_bytes", "gain_unit", "gain_step"};
 
 /// A camera's section: its source, and its calibration into `calibration`.
 CameraSource read_camera(const std::string& path, const YAML::Node& node, const std::string& name, int index,
@@ -195,6 +198,24 @@ void check_depth(const FileSection& root, const YAML::Node& node, FlightFile& fl
   }
 }
 
+/// What automatic exposure sets is not set by hand as well.
+void check_exposure(const YAML::Node& node, const FileSection& root, const FlightFile& flight) {
+  for (const char* camera : {"camera", "second_camera"}) {
+    const YAML::Node section = node[camera];
+    if (!section) continue;
+    for (const char* key : {"exposure_us", "gain"}) {
+      if (flight.loop.exposure.enabled && section[key])
+        root.fail(section[key], std::string(camera) + "." + key + " with automatic exposure",
+                  "exposure.start_us, exposure.gain_min, or no automatic exposure");
+    }
+    for (const char* key : {"gain_unit", "gain_step"}) {
+      if (!flight.loop.exposure.enabled && section[key])
+        root.fail(section[key], std::string(camera) + "." + key + " without automatic exposure",
+                  "it with exposure.enabled only");
+    }
+  }
+}
+
 }  // namespace
 
 FlightFile read_flight_file(const std::string& path) {
@@ -210,6 +231,7 @@ FlightFile read_flight_file(const std::string& path) {
   flight.loop = flight_config_of(setup);
   check_depth(root, node, flight);
   read_flight_config(path, node, flight.loop);
+  check_exposure(node, root, flight);
   NoncoopConfig& filter = flight.loop.navigator.filter;
   if (setup.range_m > 0.0) filter.range_m = setup.range_m;
   if (setup.range_sigma_m >= 0.0) filter.range_sigma_m = setup.range_sigma_m;

@@ -21,6 +21,8 @@ struct CameraSource {
   double rate_hz = 0.0;
   double exposure_us = 0.0;
   double gain = -1.0;
+  bool gain_in_db = false;  ///< what one unit of the camera's gain means, for automatic exposure: decibels, or a factor
+  double gain_step = 1.0;   ///< and how much of it
   Trigger trigger = Trigger::free_running;
   Stamps stamps = Stamps::end_of_exposure;
   bool copy_frames = false;

@@ -15,6 +15,7 @@ namespace relnav::platform::linux {
 namespace {
 
 constexpr std::uint32_t most_loans = 8;
+constexpr Duration longest_adjustment{20'000'000};
 
 /// Buffers beside those on loan bridge the time in which nobody takes any: about 64 MiB of them.
 std::uint32_t buffer_count(std::uint32_t payload_bytes) {
@@ -48,7 +49,12 @@ Status AravisDriver::open(const CameraSettings& settings) {
   Status status = connect(settings);
   if (status == Status::ok) status = check_serial(settings);
   if (status == Status::ok) status = push_settings(session_->camera(), settings, applied_, problem_);
-  if (status == Status::ok) status = start_stream(settings);
+  if (status == Status::ok) {
+    // Asked before anything streams: with a camera that has vanished every question takes seconds.
+    range_status_ = exposure_range_of(session_->camera(), range_);
+    in_force_.restart({{static_cast<std::int64_t>(applied_.exposure_us * 1e3)}, applied_.gain});
+    status = start_stream(settings);
+  }
   if (status != Status::ok) close();
   return status;
 }
@@ -182,8 +188,11 @@ void AravisDriver::describe(ArvBuffer* buffer, RawImage& image) {
   image.width_px = applied_.width_px;
   image.height_px = applied_.height_px;
   image.stride_bytes = applied_.width_px * applied_.bits_per_pixel / 8;
-  image.exposure = {static_cast<std::int64_t>(applied_.exposure_us * 1e3)};
-  image.gain = applied_.gain;
+  take_adjusted();
+  // The first packet comes when the exposure is over, and not sooner than that.
+  const ExposureInForce::Values& exposure = in_force_.at(image.first_data, StampMeaning::end_of_exposure);
+  image.exposure = exposure.exposure;
+  image.gain = exposure.gain;
   image.stamp_meaning = stamp_meaning_;
   image.has_sequence = true;
   const std::uint64_t stamp_ns = arv_buffer_get_timestamp(buffer);
@@ -218,6 +227,47 @@ Status AravisDriver::trigger() {
   if (!session_) return Status::not_configured;
   if (session_->is_lost()) return Status::device_lost;
   session_->trigger();
+  return Status::ok;
+}
+
+Status AravisDriver::exposure_range(ExposureRange& range) {
+  if (!session_) return Status::not_configured;
+  if (session_->is_lost()) return Status::device_lost;
+  if (range_status_ == Status::ok) {
+    range = range_;
+  } else {
+    problem_ = name_ + ": it has no exposure time to set (expected one, for automatic exposure)";
+  }
+  return range_status_;
+}
+
+void AravisDriver::note(const AravisSession::Adjusted& adjusted) {
+  if (adjusted.status != Status::ok) return;
+  in_force_.change(adjusted.time, {{static_cast<std::int64_t>(adjusted.values.exposure_us * 1e3)},
+                                   std::max(adjusted.values.gain, 0.0)});
+}
+
+void AravisDriver::take_adjusted() {
+  AravisSession::Adjusted adjusted;
+  if (session_->take_adjusted(adjusted)) note(adjusted);
+}
+
+Status AravisDriver::adjust(ExposureValues& values) {
+  if (!session_) return Status::not_configured;
+  if (session_->is_lost()) return Status::device_lost;
+  if (range_status_ != Status::ok) return range_status_;
+  take_adjusted();
+  AravisSession::Adjusted adjusted;
+  if (!session_->adjust(values, longest_adjustment, adjusted)) {
+    problem_ = name_ + ": it does not answer to another exposure (expected an answer within 20 ms)";
+    return Status::timeout;
+  }
+  if (adjusted.status != Status::ok) {
+    problem_ = name_ + ": the exposure is not accepted (expected a camera that takes it while it streams)";
+    return session_->is_lost() ? Status::device_lost : Status::io_error;
+  }
+  note(adjusted);
+  values = adjusted.values;
   return Status::ok;
 }
 

@@ -9,6 +9,7 @@
 #include "platform/linux/aravis_settings.hpp"
 #include "platform/linux/block_id_counter.hpp"
 #include "platform/linux/camera_driver.hpp"
+#include "platform/linux/exposure_in_force.hpp"
 
 namespace relnav::platform::linux {
 
@@ -31,6 +32,9 @@ class AravisDriver final : public CameraDriver {
   Status take(Duration wait, RawImage& image) override;
   Status give_back(std::uint32_t buffer) override;
   Status trigger() override;
+  Status exposure_range(ExposureRange& range) override;
+  /// Some milliseconds on a network, at most 20. timeout: no answer until then; it may come yet.
+  Status adjust(ExposureValues& values) override;
   [[nodiscard]] std::uint32_t max_loans() const override;
   [[nodiscard]] std::uint64_t underruns() const override;
   [[nodiscard]] const std::string& problem() const override { return problem_; }
@@ -39,12 +43,17 @@ class AravisDriver final : public CameraDriver {
   Status connect(const CameraSettings& settings);
   Status check_serial(const CameraSettings& settings);
   Status start_stream(const CameraSettings& settings);
+  void take_adjusted();
+  void note(const AravisSession::Adjusted& adjusted);
   void describe(ArvBuffer* buffer, RawImage& image);
 
   std::unique_ptr<AravisSession> session_;
   std::vector<std::future<void>> former_;  ///< sessions that are being taken down
   std::vector<bool> on_loan_;
   AppliedSettings applied_;
+  ExposureRange range_;  ///< asked for once, before it streams
+  Status range_status_ = Status::not_configured;
+  ExposureInForce in_force_;
   StampMeaning stamp_meaning_ = StampMeaning::end_of_exposure;
   BlockIdCounter counter_;
   std::string name_;

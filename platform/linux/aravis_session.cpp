@@ -1,6 +1,10 @@
 #include "platform/linux/aravis_session.hpp"
 
 #include <arv.h>
+#include <time.h>
+
+#include <chrono>
+#include <utility>
 
 #include "platform/linux/aravis_link.hpp"
 #include "platform/linux/aravis_settings.hpp"
@@ -43,20 +47,60 @@ void AravisSession::trigger() {
   asked_.notify_one();
 }
 
+bool AravisSession::adjust(const ExposureValues& values, Duration wait, Adjusted& adjusted) {
+  std::unique_lock lock(mutex_);
+  wanted_ = values;
+  adjust_asked_ = true;
+  const std::uint32_t number = ++adjust_number_;
+  asked_.notify_one();
+  const bool answered = answered_.wait_for(lock, std::chrono::nanoseconds(wait.ns),
+                                           [this, number] { return has_adjusted_ && adjusted_.number == number; });
+  if (!answered) return false;
+  has_adjusted_ = false;
+  adjusted = adjusted_;
+  return true;
+}
+
+bool AravisSession::take_adjusted(Adjusted& adjusted) {
+  const std::lock_guard lock(mutex_);
+  if (!has_adjusted_) return false;
+  has_adjusted_ = false;
+  adjusted = adjusted_;
+  return true;
+}
+
 void AravisSession::run() {
-  AravisFailure failure;
   std::unique_lock lock(mutex_);
   while (true) {
-    asked_.wait(lock, [this] { return ending_ || trigger_asked_; });
+    asked_.wait(lock, [this] { return ending_ || trigger_asked_ || adjust_asked_; });
     if (ending_) return;
-    trigger_asked_ = false;
+    const bool triggers = std::exchange(trigger_asked_, false);
+    const bool adjusts = std::exchange(adjust_asked_, false);
+    Adjusted adjusted;
+    adjusted.number = adjust_number_;
+    adjusted.values = wanted_;
     lock.unlock();
-    if (!lost_) {
-      arv_camera_software_trigger(camera_, failure);
-      if (failure.happened()) lost_ = true;
+    if (triggers) send_trigger();
+    if (adjusts) {
+      adjusted.status = lost_ ? Status::device_lost : push_exposure(camera_, adjusted.values);
+      timespec now{};
+      ::clock_gettime(CLOCK_MONOTONIC, &now);
+      adjusted.time = {std::int64_t{now.tv_sec} * 1'000'000'000 + now.tv_nsec};
     }
     lock.lock();
+    if (adjusts) {
+      adjusted_ = adjusted;
+      has_adjusted_ = true;
+      answered_.notify_one();
+    }
   }
+}
+
+void AravisSession::send_trigger() {
+  if (lost_) return;
+  AravisFailure failure;
+  arv_camera_software_trigger(camera_, failure);
+  if (failure.happened()) lost_ = true;
 }
 
 std::future<void> AravisSession::end(std::unique_ptr<AravisSession> session, bool stop) {

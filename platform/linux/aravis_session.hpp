@@ -10,6 +10,8 @@
 #include <vector>
 
 #include "fsw/base/status.hpp"
+#include "fsw/base/time.hpp"
+#include "platform/linux/camera_driver.hpp"
 
 typedef struct _ArvBuffer ArvBuffer;
 typedef struct _ArvCamera ArvCamera;
@@ -40,6 +42,18 @@ class AravisSession {
   /// Sends a software trigger, later: never blocks.
   void trigger();
 
+  /// What came of an adjust().
+  struct Adjusted {
+    std::uint32_t number = 0;
+    Status status = Status::ok;
+    ExposureValues values;
+    Time time;  ///< CLOCK_MONOTONIC, when the camera had it
+  };
+  /// Sends these, and waits for the answer at most so long. False: it has not come yet; take_adjusted() gives it.
+  [[nodiscard]] bool adjust(const ExposureValues& values, Duration wait, Adjusted& adjusted);
+  /// True, once for an answer that came late.
+  [[nodiscard]] bool take_adjusted(Adjusted& adjusted);
+
   /// Takes everything down in a thread of its own: at once where the camera answers, in up to 10 s where it does not. `stop`: it
   /// is told to stop; not for one that has vanished, as somebody else may use it when it is back.
   static std::future<void> end(std::unique_ptr<AravisSession> session, bool stop);
@@ -49,6 +63,7 @@ class AravisSession {
  private:
   static void on_control_lost(ArvDevice* device, void* session);
   void run();
+  void send_trigger();
   void take_down();
 
   ArvCamera* camera_;
@@ -58,6 +73,12 @@ class AravisSession {
   std::mutex mutex_;
   std::condition_variable asked_;
   bool trigger_asked_ = false;
+  std::condition_variable answered_;
+  bool adjust_asked_ = false;
+  std::uint32_t adjust_number_ = 0;
+  ExposureValues wanted_;
+  bool has_adjusted_ = false;
+  Adjusted adjusted_;
   bool stop_ = false;
   bool ending_ = false;
   std::thread thread_;

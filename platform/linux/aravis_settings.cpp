@@ -264,4 +264,39 @@ Status push_settings(ArvCamera* camera, const CameraSettings& settings, AppliedS
   return Pusher(camera, settings, applied, problem).push();
 }
 
+Status exposure_range_of(ArvCamera* camera, ExposureRange& range) {
+  AravisFailure failure;
+  ExposureRange read;
+  if (!arv_camera_is_exposure_time_available(camera, failure)) return Status::unsupported;
+  arv_camera_get_exposure_time_bounds(camera, &read.least_us, &read.most_us, failure);
+  if (failure.happened()) return failure.status();
+  read.has_gain = arv_camera_is_gain_available(camera, failure) != 0;
+  if (read.has_gain) arv_camera_get_gain_bounds(camera, &read.gain_least, &read.gain_most, failure);
+  if (failure.happened()) return failure.status();
+  range = read;
+  return Status::ok;
+}
+
+Status push_exposure(ArvCamera* camera, ExposureValues& values) {
+  AravisFailure failure;
+  const double former_us = arv_camera_get_exposure_time(camera, failure);
+  if (arv_camera_is_exposure_auto_available(camera, failure))
+    arv_camera_set_exposure_time_auto(camera, ARV_AUTO_OFF, failure);
+  arv_camera_set_exposure_time(camera, values.exposure_us, failure);
+  if (failure.happened()) return failure.status();
+  if (values.gain >= 0.0) {
+    if (arv_camera_is_gain_auto_available(camera, failure)) arv_camera_set_gain_auto(camera, ARV_AUTO_OFF, failure);
+    arv_camera_set_gain(camera, values.gain, failure);
+    if (failure.happened()) {
+      AravisFailure ignored;
+      arv_camera_set_exposure_time(camera, former_us, ignored);
+      return failure.status();
+    }
+    values.gain = arv_camera_get_gain(camera, failure);
+    if (failure.happened()) return failure.status();
+  }
+  values.exposure_us = arv_camera_get_exposure_time(camera, failure);
+  return failure.status();
+}
+
 }  // namespace relnav::platform::linux

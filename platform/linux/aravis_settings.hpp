@@ -40,4 +40,10 @@ struct AppliedSettings {
 /// and what it does offer.
 Status push_settings(ArvCamera* camera, const CameraSettings& settings, AppliedSettings& applied, std::string& problem);
 
+/// What the camera takes. unsupported: it has no exposure time to set.
+Status exposure_range_of(ArvCamera* camera, ExposureRange& range);
+
+/// Exposure and, unless it is negative, gain of a camera that streams; `values` becomes what it made of them.
+Status push_exposure(ArvCamera* camera, ExposureValues& values);
+
 }  // namespace relnav::platform::linux

@@ -61,6 +61,20 @@ struct CameraSettings {
   std::uint32_t socket_buffer_bytes = 0;  ///< GigE Vision; 0: two frames, or what the system allows
 };
 
+/// What a camera that streams can be told, in the driver's unit of gain.
+struct ExposureRange {
+  double least_us = 0.0;
+  double most_us = 0.0;
+  bool has_gain = false;  ///< false: there is none to set
+  double gain_least = 0.0;
+  double gain_most = 0.0;
+};
+
+struct ExposureValues {
+  double exposure_us = 0.0;
+  double gain = -1.0;  ///< negative: there is none to set
+};
+
 /// One buffer of a driver, on loan until give_back().
 struct RawImage {
   std::span<const std::uint8_t> bytes;
@@ -97,6 +111,12 @@ class CameraDriver {
   virtual Status give_back(std::uint32_t buffer) = 0;
   /// With Trigger::software: asks for one frame.
   virtual Status trigger() = 0;
+  /// unsupported: the camera has no exposure time to set; else as adjust().
+  virtual Status exposure_range(ExposureRange& range) = 0;
+  /// Tells a camera that streams another exposure within its range; `values` becomes what it made of it. Does not wait for a
+  /// frame. RawImage::exposure and gain follow with the frames that may have them. io_error: not accepted, and all is as
+  /// before; timeout: no answer yet; device_lost; not_configured: not open.
+  virtual Status adjust(ExposureValues& values) = 0;
   /// Images that may be on loan at once while streaming goes on.
   [[nodiscard]] virtual std::uint32_t max_loans() const = 0;
   /// Frames that the driver knows it lost for want of a free buffer, since open().

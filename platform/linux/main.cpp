@@ -22,6 +22,7 @@
 #include "platform/linux/service_notifier.hpp"
 #include "platform/linux/signals.hpp"
 #include "platform/linux/stream_camera.hpp"
+#include "platform/linux/stream_exposure.hpp"
 #include "platform/linux/strobed_camera.hpp"
 #include "platform/linux/v4l2_driver.hpp"
 #include "platform/posix/file_packet_link.hpp"
@@ -82,6 +83,8 @@ class CameraChain {
     StreamOptions options;
     options.always_copy = source.copy_frames;
     camera_.emplace(*driver_, clock, settings_of(source, intrinsics), options);
+    const auto kind = source.gain_in_db ? GainUnit::Kind::decibel : GainUnit::Kind::linear;
+    exposure_.emplace(*camera_, GainUnit{kind, source.gain_step});
   }
   void strobe_with(hal::GpioLines& lines, std::uint32_t offset) { strobed_.emplace(*camera_, lines, offset); }
 
@@ -90,6 +93,7 @@ class CameraChain {
     return *camera_;
   }
   [[nodiscard]] const StreamCamera& stream() const { return *camera_; }
+  [[nodiscard]] hal::ExposureControl& exposure() { return *exposure_; }
 
  private:
   std::unique_ptr<CameraDriver> make_driver(const CameraSource& source, hal::Clock& clock) {
@@ -104,6 +108,7 @@ class CameraChain {
   SystemCalls calls_;
   std::unique_ptr<CameraDriver> driver_;
   std::optional<StreamCamera> camera_;
+  std::optional<StreamExposure> exposure_;
   std::optional<StrobedCamera> strobed_;
 };
 
@@ -207,6 +212,10 @@ class Flight {
     app::FlightPeripherals peripherals;
     if (!file_.lines.chip.empty()) peripherals.lines = &lines_;
     if (file_.telecommands) peripherals.commands = &commands_;
+    if (file_.loop.exposure.enabled) {
+      peripherals.exposures[0] = &camera_.exposure();
+      if (second_) peripherals.exposures[1] = &second_->exposure();
+    }
     loop_.emplace(camera_.camera(), clock_, output_.link(), *watchdog_, second_ ? &second_->camera() : nullptr,
                   peripherals);
     if (const Status status = loop_->configure(file_.loop); status != Status::ok)

@@ -94,7 +94,7 @@ Status StreamCamera::start() {
   driver_is_open_ = true;
   state_ = State::streaming;
   if (was_lost_) ++counts_.reconnects;
-  was_lost_ = has_frames_ = asked_ = false;
+  was_lost_ = has_frames_ = asked_ = has_range_ = false;
   last_sign_ = clock_.now();
   sequence_base_ = next_number_;
   device_clock_.forget();
@@ -139,6 +139,44 @@ Status StreamCamera::lose(const std::string& problem) {
   }
   close_driver_if_unused();
   return Status::device_lost;
+}
+
+Status StreamCamera::state_status() const {
+  if (state_ == State::lost) return Status::device_lost;
+  return state_ == State::closed ? Status::not_configured : Status::ok;
+}
+
+Status StreamCamera::exposure_range(ExposureRange& range) {
+  const Status state = state_status();
+  if (state != Status::ok) return state;
+  if (!has_range_) {
+    ExposureRange asked;
+    const Status status = driver_.exposure_range(asked);
+    if (status != Status::ok) {
+      problem_ = driver_.problem();
+      return status;
+    }
+    if (settings_.rate_hz > 0.0) asked.most_us = std::min(asked.most_us, 1e6 / settings_.rate_hz);
+    range_ = asked;
+    has_range_ = true;
+  }
+  range = range_;
+  return Status::ok;
+}
+
+Status StreamCamera::adjust(ExposureValues& values) {
+  const Status state = state_status();
+  if (state != Status::ok) return state;
+  ExposureValues made = values;
+  const Status status = driver_.adjust(made);
+  if (status != Status::ok) {
+    problem_ = driver_.problem();
+    return status;
+  }
+  values = made;
+  settings_.exposure_us = made.exposure_us;
+  if (made.gain >= 0.0) settings_.gain = made.gain;
+  return Status::ok;
 }
 
 StreamCounts StreamCamera::counts() const {

@@ -71,6 +71,12 @@ class StreamCamera final : public hal::Camera {
   Status stop() override;
   [[nodiscard]] std::uint32_t max_leases() const override { return static_cast<std::uint32_t>(leases_.size()); }
 
+  /// Of the camera while it streams, with no exposure longer than a period of CameraSettings::rate_hz. not_configured,
+  /// device_lost; unsupported: it has no exposure time to set.
+  Status exposure_range(ExposureRange& range);
+  /// See CameraDriver::adjust. What was taken replaces exposure and gain of the settings, and is pushed with each later start.
+  Status adjust(ExposureValues& values);
+
   [[nodiscard]] bool is_streaming() const { return state_ == State::streaming; }
   [[nodiscard]] StreamCounts counts() const;
   /// Latest error, one line: device, what is wrong, what was expected. Empty: none yet.
@@ -94,6 +100,7 @@ class StreamCamera final : public hal::Camera {
     RawImage image;
     std::uint64_t number = 0;
   };
+  [[nodiscard]] Status state_status() const;
   enum class Taken : std::uint8_t { good, damaged, nothing, failed };
 
   [[nodiscard]] Status check_settings();
@@ -124,6 +131,8 @@ class StreamCamera final : public hal::Camera {
   DeviceClock device_clock_;
 
   State state_ = State::closed;
+  bool has_range_ = false;  ///< since open()
+  ExposureRange range_;
   bool driver_is_open_ = false;  ///< also while closed or lost, until the last loan is back
   std::vector<Lease> leases_;
   std::vector<std::uint8_t> memory_;  ///< a mono image for each lease

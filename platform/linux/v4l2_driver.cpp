@@ -256,18 +256,35 @@ Status V4l2Driver::set_rate() {
 
 Status V4l2Driver::set_to(std::uint32_t id, double value, const char* what, const char* unit) {
   const auto range = node_.control_range(id);
-  const std::string wanted = std::string(what) + " of " + number_text(value) + unit;
-  if (!range) return fail(Status::unsupported, wanted + ": it has no such control");
+  const auto wanted = [&] { return std::string(what) + " of " + number_text(value) + unit; };  // no text without need
+  if (!range) return fail(Status::unsupported, wanted() + ": it has no such control");
   if (value < range->least || value > range->most) {
     return fail(Status::unsupported,
-                wanted + ": takes " + std::to_string(range->least) + " to " + std::to_string(range->most) + unit);
+                wanted() + ": takes " + std::to_string(range->least) + " to " + std::to_string(range->most) + unit);
   }
   const int result = node_.set_control(id, static_cast<std::int32_t>(value));
-  return result < 0 ? fail_call(wanted, result) : Status::ok;
+  return result < 0 ? fail_call(wanted(), result) : Status::ok;
+}
+
+std::optional<V4l2Driver::ExposureUnit> V4l2Driver::exposure_unit() {
+  if (node_.control_range(V4L2_CID_EXPOSURE_ABSOLUTE))
+    return ExposureUnit{V4L2_CID_EXPOSURE_ABSOLUTE, 100.0, " x 100 us"};
+  const auto line_px = node_.control(V4L2_CID_HBLANK);
+  const auto pixel_rate_hz = node_.wide_control(V4L2_CID_PIXEL_RATE);
+  const bool tells_line = line_px && pixel_rate_hz.value_or(0) > 0;
+  if (!tells_line || !node_.control_range(V4L2_CID_EXPOSURE)) return std::nullopt;
+  return ExposureUnit{V4L2_CID_EXPOSURE,
+                      1e6 * (static_cast<double>(settings_.width_px) + *line_px) / static_cast<double>(*pixel_rate_hz),
+                      " lines"};
+}
+
+std::uint32_t V4l2Driver::gain_id() {
+  return node_.control_range(V4L2_CID_GAIN) ? V4L2_CID_GAIN : V4L2_CID_ANALOGUE_GAIN;
 }
 
 Status V4l2Driver::set_exposure() {
-  exposure_ = {};
+  exposure_.exposure = {};
+  exposure_us_ = 0.0;
   const bool manual = settings_.exposure_us > 0.0;
   if (node_.control_range(V4L2_CID_EXPOSURE_AUTO)) {
     if (manual) {
@@ -277,32 +294,23 @@ Status V4l2Driver::set_exposure() {
       return Status::ok;  // nobody knows how long
     }
   }
-  std::uint32_t id = V4L2_CID_EXPOSURE_ABSOLUTE;
-  double unit_us = 100.0;
-  const char* unit = " x 100 us";
-  if (!node_.control_range(id)) {
-    const auto line_px = node_.control(V4L2_CID_HBLANK);
-    const auto pixel_rate_hz = node_.wide_control(V4L2_CID_PIXEL_RATE);
-    const bool tells_line = line_px && pixel_rate_hz.value_or(0) > 0;
-    if (!tells_line || !node_.control_range(V4L2_CID_EXPOSURE)) {
-      if (!manual) return Status::ok;
-      return fail(Status::unsupported, "exposure of " + number_text(settings_.exposure_us) +
-                                           " us: it has no control for that, or none of a known unit");
-    }
-    id = V4L2_CID_EXPOSURE;
-    unit_us = 1e6 * (static_cast<double>(settings_.width_px) + *line_px) / static_cast<double>(*pixel_rate_hz);
-    unit = " lines";
+  const auto unit = exposure_unit();
+  if (!unit) {
+    if (!manual) return Status::ok;
+    return fail(Status::unsupported, "exposure of " + number_text(settings_.exposure_us) +
+                                         " us: it has no control for that, or none of a known unit");
   }
   if (manual) {
-    const Status status = set_to(id, std::round(settings_.exposure_us / unit_us), "exposure", unit);
+    const Status status = set_to(unit->id, std::round(settings_.exposure_us / unit->unit_us), "exposure", unit->name);
     if (status != Status::ok) return status;
   }
-  exposure_ = {static_cast<std::int64_t>(node_.control(id).value_or(0) * unit_us * 1000.0)};
+  exposure_us_ = node_.control(unit->id).value_or(0) * unit->unit_us;
+  exposure_.exposure = {static_cast<std::int64_t>(exposure_us_ * 1000.0)};
   return Status::ok;
 }
 
 Status V4l2Driver::set_gain() {
-  gain_ = 0.0;
+  exposure_.gain = 0.0;
   const bool manual = settings_.gain >= 0.0;
   if (node_.control_range(V4L2_CID_AUTOGAIN)) {
     if (manual) {
@@ -312,12 +320,55 @@ Status V4l2Driver::set_gain() {
       return Status::ok;
     }
   }
-  const std::uint32_t id = node_.control_range(V4L2_CID_GAIN) ? V4L2_CID_GAIN : V4L2_CID_ANALOGUE_GAIN;
+  const std::uint32_t id = gain_id();
   if (manual) {
     const Status status = set_to(id, std::round(settings_.gain), "gain", "");
     if (status != Status::ok) return status;
   }
-  gain_ = node_.control(id).value_or(0);
+  exposure_.gain = node_.control(id).value_or(0);
+  return Status::ok;
+}
+
+Status V4l2Driver::exposure_range(ExposureRange& range) {
+  if (!node_.is_open()) return Status::not_configured;
+  const auto unit = exposure_unit();
+  const auto steps = unit ? node_.control_range(unit->id) : std::nullopt;
+  if (!steps) return fail(Status::unsupported, "exposure: it has no control for that, or none of a known unit");
+  range = {};
+  range.least_us = std::max(steps->least, 1) * unit->unit_us;
+  range.most_us = steps->most * unit->unit_us;
+  if (settings_.rate_hz > 0.0) {  // in whole steps, or the nearest one would be longer than a period
+    range.most_us = std::min(range.most_us, std::floor(1e6 / (settings_.rate_hz * unit->unit_us)) * unit->unit_us);
+  }
+  if (const auto gains = node_.control_range(gain_id())) {
+    range.has_gain = true;
+    range.gain_least = std::max(gains->least, 0);
+    range.gain_most = gains->most;
+  }
+  return Status::ok;
+}
+
+Status V4l2Driver::push_exposure(const ExposureValues& values) {
+  settings_.exposure_us = values.exposure_us;
+  settings_.gain = values.gain;
+  const Status status = set_exposure();
+  return status == Status::ok ? set_gain() : status;
+}
+
+Status V4l2Driver::adjust(ExposureValues& values) {
+  if (!node_.is_open()) return Status::not_configured;
+  const ExposureInForce::Values before = exposure_;
+  const ExposureValues former{exposure_us_, settings_.gain};
+  if (const Status status = push_exposure(values); status != Status::ok) {
+    const std::string reason = problem_;
+    static_cast<void>(push_exposure(former));
+    problem_ = reason;
+    exposure_ = before;
+    return status == Status::device_lost || status == Status::no_data ? Status::device_lost : Status::io_error;
+  }
+  in_force_.change(clock_.now(), exposure_);
+  values.exposure_us = exposure_us_;
+  if (values.gain >= 0.0) values.gain = exposure_.gain;
   return Status::ok;
 }
 
@@ -376,6 +427,7 @@ Status V4l2Driver::start_streaming() {
   if (result == -ENOSPC) return fail(Status::no_capacity, "the bus has no bandwidth left for it");
   if (result < 0) return fail_call("start of streaming", result);
   streaming_ = true;
+  in_force_.restart(exposure_);
   has_frames_ = false;
   counts_ = true;
   usual_bytes_ = image_bytes_;
@@ -470,8 +522,6 @@ void V4l2Driver::fill_in(const v4l2_buffer& buffer, RawImage& image) {
   image.height_px = settings_.height_px;
   image.stride_bytes = stride_bytes_;
   image.format = format_;
-  image.exposure = exposure_;
-  image.gain = gain_;
   image.buffer = buffer.index;
 
   image.dequeued = image.first_data = clock_.now();
@@ -489,6 +539,11 @@ void V4l2Driver::fill_in(const v4l2_buffer& buffer, RawImage& image) {
   } else if (kind == V4L2_BUF_FLAG_TIMESTAMP_COPY || (kind == V4L2_BUF_FLAG_TIMESTAMP_UNKNOWN && !looks_monotonic)) {
     image.clock = hal::ClockId::device;
   }
+  const bool ours = image.clock == hal::ClockId::monotonic;
+  const ExposureInForce::Values& exposure =
+      in_force_.at(ours ? image.stamp : image.dequeued, ours ? image.stamp_meaning : StampMeaning::end_of_exposure);
+  image.exposure = exposure.exposure;
+  image.gain = exposure.gain;
 
   if (!has_frames_) {
     first_sequence_ = buffer.sequence;  // of a loopback device: whatever its writer has come to

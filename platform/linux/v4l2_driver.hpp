@@ -1,11 +1,13 @@
 #pragma once
 #include <cstddef>
 #include <cstdint>
+#include <optional>
 #include <string>
 #include <vector>
 
 #include "hal/clock.hpp"
 #include "platform/linux/camera_driver.hpp"
+#include "platform/linux/exposure_in_force.hpp"
 #include "platform/linux/system_calls.hpp"
 #include "platform/linux/v4l2_node.hpp"
 
@@ -39,6 +41,9 @@ class V4l2Driver final : public CameraDriver {
   Status take(Duration wait, RawImage& image) override;
   Status give_back(std::uint32_t buffer) override;
   Status trigger() override;
+  Status exposure_range(ExposureRange& range) override;
+  /// A few ioctls. What is not taken is put back, as far as the device lets itself be told.
+  Status adjust(ExposureValues& values) override;
   [[nodiscard]] std::uint32_t max_loans() const override;
   /// V4L2 does not tell: such losses are gaps of the sequence.
   [[nodiscard]] std::uint64_t underruns() const override { return 0; }
@@ -59,10 +64,19 @@ class V4l2Driver final : public CameraDriver {
   Status set_rate();
   Status set_exposure();
   Status set_gain();
+  Status push_exposure(const ExposureValues& values);
   Status set_controls();
   Status map_buffers();
   Status start_streaming();
 
+  /// How the device is told how long to expose.
+  struct ExposureUnit {
+    std::uint32_t id = 0;
+    double unit_us = 0.0;
+    const char* name = "";
+  };
+  [[nodiscard]] std::optional<ExposureUnit> exposure_unit();
+  [[nodiscard]] std::uint32_t gain_id();
   /// ok, or the reason why the device does not do with this format.
   Status try_format(RawFormat format, std::string& reason);
   Status set_to(std::uint32_t id, double value, const char* what, const char* unit);
@@ -86,10 +100,11 @@ class V4l2Driver final : public CameraDriver {
 
   RawFormat format_ = RawFormat::grey8;
   std::uint32_t stride_bytes_ = 0;
-  std::uint32_t image_bytes_ = 0;   ///< a whole buffer's, as the device says
-  std::uint64_t needed_bytes_ = 0;  ///< up to the last pixel
-  Duration exposure_;               ///< 0: not known
-  double gain_ = 0.0;               ///< 0: not known
+  std::uint32_t image_bytes_ = 0;     ///< a whole buffer's, as the device says
+  std::uint64_t needed_bytes_ = 0;    ///< up to the last pixel
+  ExposureInForce::Values exposure_;  ///< as the device says
+  double exposure_us_ = 0.0;          ///< the same
+  ExposureInForce in_force_;
   std::vector<Buffer> buffers_;
   bool streaming_ = false;
 

@@ -1,5 +1,6 @@
 #pragma once
 #include <algorithm>
+#include <cmath>
 #include <cstddef>
 #include <cstdint>
 #include <deque>
@@ -40,6 +41,10 @@ class ScriptedDriver final : public platform::linux::CameraDriver {
   std::uint32_t padding_bytes = 0;  ///< at the end of each row
   bool counts = true;               ///< has_sequence
   Duration open_takes;
+  platform::linux::ExposureRange range{100.0, 50'000.0, true, 0.0, 40.0};
+  Status range_answer = Status::ok;
+  Status adjust_answer = Status::ok;
+  double exposure_step_us = 100.0;
 
   /// A good frame of the size and format set, stamped now.
   Shot shot() {
@@ -52,6 +57,8 @@ class ScriptedDriver final : public platform::linux::CameraDriver {
     shot.image.complete = true;
     shot.image.stamp = clock_.peek();
     shot.image.stamp_meaning = platform::linux::StampMeaning::mid_exposure;
+    shot.image.exposure.ns = static_cast<std::int64_t>(settings_.exposure_us * 1e3);
+    shot.image.gain = settings_.gain;
     shot.image.has_sequence = counts;
     shot.image.sequence = counts ? sequence_ : 0;
     shot.fill = static_cast<std::uint8_t>(fills_++);
@@ -79,6 +86,7 @@ class ScriptedDriver final : public platform::linux::CameraDriver {
   std::vector<Time> opened_at;
   std::size_t closes = 0;
   std::size_t triggers = 0;
+  std::vector<platform::linux::ExposureValues> adjusted_to;  ///< one a call of adjust()
   std::size_t most_loans = 0;
   std::size_t mistakes = 0;  ///< of the user: too many loans, buffers given back twice, calls while closed
   [[nodiscard]] bool is_open() const { return is_open_; }
@@ -158,6 +166,25 @@ class ScriptedDriver final : public platform::linux::CameraDriver {
     ++triggers;
     if (trigger_answer != Status::ok) problem_ = settings_.device + ": no trigger";
     return trigger_answer;
+  }
+  Status exposure_range(platform::linux::ExposureRange& out) override {
+    if (!is_open_) ++mistakes;
+    if (range_answer != Status::ok) problem_ = settings_.device + ": no exposure";
+    if (range_answer == Status::ok) out = range;
+    return range_answer;
+  }
+  Status adjust(platform::linux::ExposureValues& values) override {
+    if (!is_open_) ++mistakes;
+    adjusted_to.push_back(values);
+    if (adjust_answer != Status::ok) {
+      problem_ = settings_.device + ": exposure not taken";
+      return adjust_answer;
+    }
+    values.exposure_us = std::max(1.0, std::round(values.exposure_us / exposure_step_us)) * exposure_step_us;
+    values.gain = std::round(values.gain);
+    settings_.exposure_us = values.exposure_us;
+    settings_.gain = values.gain;
+    return Status::ok;
   }
   [[nodiscard]] std::uint32_t max_loans() const override { return loans_allowed; }
   [[nodiscard]] std::uint64_t underruns() const override { return underruns_seen; }

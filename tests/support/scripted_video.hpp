@@ -57,10 +57,11 @@ class ScriptedVideo final : public platform::linux::SystemCalls {
   std::map<std::uint32_t, Control> controls;
   std::int64_t pixel_rate_hz = 0;  ///< V4L2_CID_PIXEL_RATE; 0: does not have it
   std::uint32_t most_buffers = 32;
-  std::map<unsigned long, int> answers;  ///< of an ioctl instead of doing it: -errno
-  int open_answer = 0;                   ///< -errno
-  int map_answer = 0;                    ///< -errno, from the second buffer on
-  bool interrupts = false;               ///< every second call gives EINTR
+  std::map<unsigned long, int> answers;           ///< of an ioctl instead of doing it: -errno
+  std::map<std::uint32_t, int> control_refusals;  ///< so many times a control is not set: EIO
+  int open_answer = 0;                            ///< -errno
+  int map_answer = 0;                             ///< -errno, from the second buffer on
+  bool interrupts = false;                        ///< every second call gives EINTR
   bool has_events = true;
   bool changed = false;  ///< a source change waits
   short poll_extra = 0;  ///< revents
@@ -240,6 +241,10 @@ class ScriptedVideo final : public platform::linux::SystemCalls {
     const auto found = controls.find(request.id);
     if (found == controls.end()) return -EINVAL;
     if (set) {
+      if (int& refusals = control_refusals[request.id]; refusals > 0) {
+        --refusals;
+        return -EIO;
+      }
       if (request.value < found->second.least || request.value > found->second.most) return -ERANGE;
       found->second.value = request.value;
     }

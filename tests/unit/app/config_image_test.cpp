@@ -26,6 +26,9 @@ TEST_GROUP(ConfigImage) {
     config.lines.pulse = 12;
     config.lines.exposure = 13;
     config.lines.time = {Duration{2'078'691'237'000'000'000}, Duration{2}, 3, 4, 5, 6, Duration{7'000'000'000}};
+    config.exposure.enabled = true;
+    config.exposure.gain_max = 7.5;
+    config.exposure.exposure_max = Duration{8'000'000};
     for (std::uint16_t id = 0; id < config::max_target_features; ++id) {
       CHECK(config.coop.target.features.push_back({id, Vec3(id, -1.0, 0.5), Vec3(0.0, 0.0, 1.0)}) == Status::ok);
     }
@@ -73,6 +76,9 @@ TEST(ConfigImage, TheLargestComesBack) {
   LONGS_EQUAL(5, read.lines.time.lock_pulses);
   LONGS_EQUAL(6, read.lines.time.restart_pulses);
   LONGS_EQUAL(7'000'000'000, read.lines.time.holdover_after.ns);
+  CHECK(read.exposure.enabled);
+  DOUBLES_EQUAL(7.5, read.exposure.gain_max, 0.0);
+  LONGS_EQUAL(8'000'000, read.exposure.exposure_max.ns);
   LONGS_EQUAL(62, read.coop.target.lines[62].from);
 }
 

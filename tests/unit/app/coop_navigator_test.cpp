@@ -91,18 +91,28 @@ TEST_GROUP(CoopNavigator) {
   }
   /// From the 10th frame on, rows below `row` show the frame before, five frames in a row.
   void fly_torn_at(int row) {
-    test::SpotImage before;
+    std::array<test::SpotImage, config::max_cameras> before;
     for (int k = 0; k < 25; ++k, next()) {
       scene.render();
-      const test::SpotImage whole = scene.images[0];
+      const auto whole = scene.images;
       const bool torn = k >= 10 && k < 15;
-      if (torn) scene.images[0].take_rows_of(before, row);
+      for (std::size_t c = 0; c < scene.rig.size(); ++c) {
+        if (torn) scene.images[c].take_rows_of(before[c], row);
+      }
       before = whole;
       CHECK_TRUE(process() == Status::ok);
-      CHECK_TRUE(report->torn == torn);
+      for (std::size_t c = 0; c < scene.rig.size(); ++c) {
+        const Tear& tear = report->tears[c];
+        CHECK_TRUE(tear.exists() == torn);
+        if (!torn) continue;
+        LONGS_EQUAL(c, tear.camera);
+        CHECK_TRUE(tear.late >= 2);
+        CHECK_TRUE(tear.late_below);
+        DOUBLES_EQUAL(row, tear.row_px, 60.0);
+      }
       check_pose();
     }
-    LONGS_EQUAL(8, report->inliers);
+    LONGS_EQUAL(8 * scene.rig.size(), report->inliers);
   }
   void acquire_and_track(int markers) {
     scene.render();
@@ -228,6 +238,25 @@ TEST(CoopNavigator, NorIsItWhereTheMotionIsSmallAndHardlyKnown) {
     CHECK_TRUE(navigator->configure(config, scene.rig) == Status::ok);
     fly_torn_at(row);
   }
+}
+
+TEST(CoopNavigator, BothImagesOfAPairMayBeTornAtOnce) {
+  scene.v_C = Vec3(0.4, -0.3, -0.2);
+  scene.omega_C = Vec3(0.1, -0.15, 0.2);
+  configure(test::two_cameras(), test::eight_leds());
+  fly_torn_at(240);
+}
+
+TEST(CoopNavigator, BothMayBeTornWhereOnlyThePoseTells) {
+  scene.rig = test::two_cameras();
+  scene.target = test::eight_leds();
+  scene.v_C = Vec3(0.02, 0.01, -0.6);
+  scene.omega_C = Vec3(0.02, -0.03, 0.01);
+  CoopNavigatorConfig config;
+  config.target = scene.target;
+  config.filter.noise = {50.0, 10.0};
+  CHECK_TRUE(navigator->configure(config, scene.rig) == Status::ok);
+  fly_torn_at(270);
 }
 
 TEST(CoopNavigator, WithoutSpotsTheStateIsThePredictedOne) {

@@ -148,6 +148,36 @@ TEST(StereoLoop, the_target_is_found_by_either_alone) {
   });
 }
 
+TEST(StereoLoop, each_torn_image_of_a_pair_has_an_event_of_its_own) {
+  test::SpotMotion scene;
+  scene.rig = test::two_cameras();
+  scene.target = test::eight_leds();
+  scene.v_C = Vec3(0.4, -0.3, -0.2);
+  scene.omega_C = Vec3(0.1, -0.15, 0.2);
+  config.event_spacing_frames = 30;
+  set_up();
+  std::array<test::SpotImage, relnav::config::max_cameras> before;
+  for (int k = 0; k < 9; ++k) {
+    scene.render();
+    const auto whole = scene.images;
+    for (std::size_t c = 0; c < 2; ++c) {
+      if (k == 6 || k == 7) scene.images[c].take_rows_of(before[c], 240);
+      push_image(c, scene.images[c], k);
+    }
+    before = whole;
+    CHECK(bench->step().status == Status::ok);
+    scene.advance();
+  }
+  const auto events = bench->events(EventId::image_torn);
+  LONGS_EQUAL(2, events.size());  // of the first torn pair; the second one's are too soon after it
+  for (std::size_t c = 0; c < events.size(); ++c) {
+    LONGS_EQUAL(c, events[c].args[0]);
+    LONGS_EQUAL(6, events[c].frame_sequence);
+    CHECK(events[c].args[1] > 180 && events[c].args[1] < 300);
+    CHECK(events[c].args[2] >= 2);
+  }
+}
+
 TEST(StereoLoop, both_lost_both_recovered) {
   for_either([&](std::size_t lost) {
     for (int k = 0; k < 3; ++k) check_pair(k);

@@ -113,7 +113,49 @@ TEST(FlightFile, OtherOutputsAndModes) {
   DOUBLES_EQUAL(0.5, pair.loop.second.t_C1C0.x(), 1e-12);
 }
 
+TEST(FlightFile, AutomaticExposure) {
+  CHECK_FALSE(read(mono).loop.exposure.enabled);
+  const std::string automatic = replaced(mono, "  exposure_us: 1500\n", "  gain_step: 0.5\n") +
+                                "exposure: {enabled: true, max_us: 5000, when_dark: raise, gain_max: 8}\n";  // 17
+  const FlightFile file = read(automatic);
+  CHECK_TRUE(file.loop.exposure.enabled);
+  LONGS_EQUAL(5'000'000, file.loop.exposure.exposure_max.ns);
+  CHECK(file.loop.exposure.when_dark == app::DarkAction::raise);
+  DOUBLES_EQUAL(8.0, file.loop.exposure.gain_max, 0.0);
+  CHECK_FALSE(file.camera.gain_in_db);
+  DOUBLES_EQUAL(0.5, file.camera.gain_step, 0.0);
+  CHECK_TRUE(read(replaced(automatic, "v4l2:/dev/video3", "aravis:A")).camera.gain_in_db);
+  CHECK_FALSE(read(replaced(automatic, "v4l2:/dev/video3\n", "aravis:A\n  gain_unit: linear\n")).camera.gain_in_db);
+
+  const auto refused_with = [&](const std::string& text, const std::string& expected) {
+    const std::string message = failure(text);
+    CHECK_TRUE_TEXT(message.find("flight.yaml:" + expected) != std::string::npos, message.c_str());
+  };
+  refused_with(replaced(automatic, "max_us: 5000", "max_us: 500"),
+               "17: exposure.min_us is 50, start_us 1000, max_us 500 (expected min_us not over start_us, ");
+  refused_with(replaced(automatic, "gain_max: 8", "gain_max: 0.5"), "17: exposure.gain_min is 1, gain_max 0.5 (");
+  refused_with(replaced(automatic, "gain_max: 8", "target_level: 240"),
+               "17: exposure.black_level is 0, dark_level 24, target_level 240, ceiling_level 225 (");
+  refused_with(replaced(automatic, "gain_max: 8", "max_step: 1.1"), "17: exposure.dead_band is 1.15, max_step 1.1 (");
+  refused_with(replaced(automatic, "gain_max: 8", "dead_band: 1"),
+               "17: exposure.dead_band is '1' (expected a number over 1, up to 1000)");
+  refused_with(replaced(automatic, "raise", "up"), "17: exposure.when_dark is 'up' (expected hold or raise)");
+  refused_with(replaced(automatic, "max_us: 5000", "max_us: 5e3"), "17: exposure.max_us is '5e3' (expected a whole ");
+  refused_with(replaced(automatic, "enabled: true", "enabled: 1"), "17: exposure.enabled is '1' (expected true or ");
+  refused_with(replaced(automatic, "  gain_step: 0.5\n", "  exposure_us: 1500\n"),
+               "8: camera.exposure_us with automatic exposure (expected exposure.start_us, ");
+  refused_with(replaced(automatic, "  gain_step: 0.5\n", "  gain: 3\n"), "8: camera.gain with automatic exposure (");
+  refused_with(replaced(automatic, "enabled: true", "enabled: false"),
+               "8: camera.gain_step without automatic exposure (");
+  refused_with(replaced(automatic, "gain_step: 0.5", "gain_step: 0"), "8: camera.gain_step is '0' (");
+  refused_with(replaced(automatic, "gain_step: 0.5", "gain_unit: dB"), "8: camera.gain_unit is 'dB' (");
+}
+
 TEST(FlightFile, RefusedWithPlaceAndExpectation) {
+  refused("rate_hz: 10", "format: y10", "7: key 'camera.format' a second time (expected it once)");
+  refused("realtime:", "mode: noncoop\nrealtime:", "15: key 'mode' a second time (expected it once)");
+  refused("lost_after_frames: 7", "lost_after_frames: 7, lost_after_frames: 8",
+          "16: key 'loop.lost_after_frames' a second time (expected it once)");
   refused("realtime:", "real_time:", "15: unknown key 'real_time' (expected one of mode, target, ");
   refused("rate_hz: 10", "rate: 10", "7: unknown key 'camera.rate' (expected one of source, ");
   refused("rate_hz: 10", "rate_hz: fast", "7: camera.rate_hz is 'fast' (expected a number from 0.001 to 10000)");

@@ -70,7 +70,8 @@ TEST(TargetPack, EveryValueOfTheConfigurationFileIsInTheImage) {
     static_cast<void>(image_with(section + ": {none: 0}\n", problem));
     for (const std::string& key : names_in(problem)) {
       ++keys;
-      const std::vector<std::string> values{"17", "12", "0.77", "1.25", "2000", "300", "false", "true", "rodrigues"};
+      const std::vector<std::string> values{"17",  "12",    "0.77", "1.25",      "2000", "300",
+                                            "200", "false", "true", "rodrigues", "raise"};
       const bool seen = std::any_of(values.begin(), values.end(), [&](const std::string& value) {
         const std::string image = image_with(section + ": {" + key + ": " + value + "}\n", problem);
         return problem.empty() && image != defaults;

@@ -49,6 +49,8 @@ class PreparedDriver final : public CameraDriver {
   }
   Status give_back(std::uint32_t) override { return Status::ok; }
   Status trigger() override { return Status::unsupported; }
+  Status exposure_range(ExposureRange&) override { return Status::unsupported; }
+  Status adjust(ExposureValues&) override { return Status::unsupported; }
   [[nodiscard]] std::uint32_t max_loans() const override { return 4; }
   [[nodiscard]] std::uint64_t underruns() const override { return 0; }
   [[nodiscard]] const std::string& problem() const override { return problem_; }
