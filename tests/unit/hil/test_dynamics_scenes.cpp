@@ -189,7 +189,7 @@ TEST(DynamicsScenes, Table1IsThatOfTheScenario) {
     const Time time{i * 5'000'000'000LL};
     const TimedPose expected = table1_pose(time);
     const SceneState s = course.at(time);
-    check_vectors(expected.t_CT, s.t_CT, 1e-7);
+    check_vectors(expected.t_CT, s.t_CT, 1e-10);
     DOUBLES_EQUAL(0.0, (expected.R_CT - s.R_CT).norm(), 1e-12);
   }
 }
