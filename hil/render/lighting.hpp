@@ -73,7 +73,7 @@ inline float radiance_of(const Surface& surface, const Material& material, const
   const float c = 1.0F - nv;
   const float c2 = c * c;
   const float fresnel = f0 + (1.0F - f0) * c2 * c2 * c * (1.0F - std::sqrt(alpha2));
-  out += matt * light.earth_radiance * light.earth_sin * light.earth_sin * share;
+  out += (1.0F - fresnel) * matt * light.earth_radiance * light.earth_sin * light.earth_sin * share;
   // Mirrored: the disc's edge as soft as the surface is rough.
   const Vec3f mirrored = 2.0F * dot(n, to_viewer_T) * n - to_viewer_T;
   const float soft = 0.02F + std::sqrt(alpha2);

@@ -78,6 +78,9 @@ struct Loader {
   }
 
   void add(const aiMesh& part, const aiMatrix4x4& transform) {
+    // Parts are of one kind each (SortByPType); points and lines have neither normals nor an area.
+    if ((part.mPrimitiveTypes & aiPrimitiveType_TRIANGLE) == 0 || !part.HasNormals() || !part.HasPositions()) return;
+    if (part.mMaterialIndex >= mesh.materials.size()) return;
     aiMatrix3x3 of_normals(transform);
     of_normals.Inverse().Transpose();
     const auto first = static_cast<std::uint32_t>(mesh.vertices.size());
@@ -155,8 +158,9 @@ Bounds bounds_of(const Mesh& mesh) {
 Mesh load_mesh(const std::string& path, const MeshPlacement& placement) {
   if (!std::filesystem::is_regular_file(path)) throw InputError(path, 0, "no such file", expectation);
   Assimp::Importer importer;
-  const aiScene* scene = importer.ReadFile(path, aiProcess_Triangulate | aiProcess_GenSmoothNormals |
-                                                     aiProcess_JoinIdenticalVertices | aiProcess_SortByPType);
+  const aiScene* scene =
+      importer.ReadFile(path, aiProcess_ValidateDataStructure | aiProcess_Triangulate | aiProcess_GenSmoothNormals |
+                                  aiProcess_JoinIdenticalVertices | aiProcess_SortByPType);
   if (scene == nullptr || scene->mRootNode == nullptr) {
     throw InputError(path, 0, "cannot be read: " + in_quotes(importer.GetErrorString()), expectation);
   }

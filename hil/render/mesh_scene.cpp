@@ -164,6 +164,7 @@ void MeshScene::trace(const RayPacket& rays, std::array<Hit, RayPacket::size>& m
     hit.p_T = origin_T + hit.depth * toward_T;
     if (query.hit.geomID[i] == of_balls) {
       hit.material = Hit::ball;
+      hit.triangle = 0;
       hit.face_T = normalized({query.hit.Ng_x[i], query.hit.Ng_y[i], query.hit.Ng_z[i]});
       continue;
     }

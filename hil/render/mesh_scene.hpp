@@ -40,13 +40,12 @@ struct alignas(32) RayPacket {
 
 /// What a ray meets first.
 struct Hit {
-  static constexpr std::uint32_t nothing = 0x7FFFFFFFU;
-  static constexpr std::uint32_t ball = 0x7FFFFFFEU;
-  static constexpr std::uint32_t lit = 0x80000000U;  ///< a mark that users may set on a material
-  std::uint32_t material = nothing;                  ///< position in Mesh::materials, or one of the above
-  std::uint32_t triangle = 0;                        ///< position in Mesh::triangles
-  float depth = 0.0F;                                ///< in lengths of the ray's direction
-  float weight_b = 0.0F;                             ///< of the triangle's second and third corner
+  static constexpr std::uint32_t nothing = 0x3FFFFFFFU;
+  static constexpr std::uint32_t ball = 0x3FFFFFFEU;
+  std::uint32_t material = nothing;  ///< position in Mesh::materials, or one of the above
+  std::uint32_t triangle = 0;        ///< position in Mesh::triangles
+  float depth = 0.0F;                ///< in lengths of the ray's direction
+  float weight_b = 0.0F;             ///< of the triangle's second and third corner
   float weight_c = 0.0F;
   Vec3f p_T;
   Vec3f face_T;  ///< unit normal of the triangle, toward the viewer
@@ -83,6 +82,7 @@ class MeshScene {
   [[nodiscard]] std::uint32_t blocked(const RayPacket& rays, bool is_coherent) const;
 
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
+  [[nodiscard]] Vec3f face_T(std::uint32_t triangle) const { return facets_[triangle].face_T; }
   /// Null: the material is plain.
   [[nodiscard]] const Texture* texture(std::uint32_t material) const { return textures_[material].get(); }
   [[nodiscard]] Ball bounds() const { return bounds_; }  ///< around all

@@ -78,9 +78,9 @@ RenderSettings read_render_settings(const FileSection& section) {
   s.placement.offset_T = three_numbers(section, "mesh_offset", "metres along x, y, z of T");
 
   s.threads = whole("threads", 1, 64, s.threads);
-  s.edge_samples = whole("edge_samples", 8, 64, s.edge_samples);
-  if (s.edge_samples % 8 != 0)
-    section.fail(section.node("edge_samples"), "edge_samples is no multiple of 8", "8, 16, 24 ...");
+  s.edge_samples = whole("edge_samples", 4, 64, s.edge_samples);
+  if (s.edge_samples != 4 && s.edge_samples % 8 != 0)
+    section.fail(section.node("edge_samples"), "edge_samples is neither 4 nor a multiple of 8", "4, 8, 16, 24 ...");
   s.motion_blur = whole("motion_blur", 1, 32, s.motion_blur);
   s.row_time_us = section.number_or("row_time_us", 0.0, 1000.0, s.row_time_us);
 

@@ -15,7 +15,7 @@ struct RenderSettings {
   MeshPlacement placement;
 
   std::uint32_t threads = 2;
-  std::uint32_t edge_samples = 8;  ///< rays in a pixel with an edge: a multiple of 8
+  std::uint32_t edge_samples = 4;  ///< rays in a pixel with an edge: 4 or a multiple of 8
   std::uint32_t motion_blur = 1;   ///< instants within the exposure, at most; as many as the motion needs
   double row_time_us = 0.0;        ///< rolling shutter: from one row to the next; 0: all rows at once
 

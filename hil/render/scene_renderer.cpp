@@ -25,12 +25,15 @@ constexpr std::size_t packet = RayPacket::size;
 constexpr std::uint32_t tile_width = 32;
 constexpr std::uint32_t tile_height = 16;
 
-/// What a pixel's central ray met: as much of it as tells whether an edge runs between it and its neighbour.
+/// What a pixel's central ray met: as much of it as tells whether an edge runs between it and its neighbour. Small, since
+/// all pixels write and read one.
 struct Seen {
-  Vec3f p_T{};
-  Vec3f face_T{};
-  std::uint32_t material = Hit::nothing;
+  std::uint32_t triangle = 0;
+  float depth = 0.0F;
   float radiance = 0.0F;
+  std::uint32_t material = Hit::nothing;  // and marks
+  static constexpr std::uint32_t lit = 0x80000000U;
+  static constexpr std::uint32_t faces_sun = 0x40000000U;
 };
 
 /// A rectangle of pixels and the cone that their rays fill.
@@ -179,7 +182,9 @@ struct SceneRenderer::State {
       any_hit = true;
       const Lighting& light = views.of(v0 + i / 4).light;
       if (light.sunlight <= 0.0F || dot(met[i].face_T, light.sun_T) <= 0.0F) continue;
-      to_sun.set(i, off_surface(met[i]), light.sun_T, 1e9F);
+      // Neighbours ask for opposite edges of the sun, so that they differ wherever there is a penumbra between them.
+      constexpr std::array<std::size_t, packet> turns{0, 16, 4, 20, 24, 8, 28, 12};
+      to_sun.set(i, off_surface(met[i]), light.sun_T + 0.85F * sun_base_T[2 * turns[i]], 1e9F);
       any = true;
     }
     const std::uint32_t shadowed = any ? scene.blocked(to_sun, true) : 0U;
@@ -193,12 +198,13 @@ struct SceneRenderer::State {
       s.material = hit.material;
       s.radiance = behind[k];
       if (hit.material != Hit::nothing) {
-        s.p_T = hit.p_T;
-        s.face_T = hit.face_T;
+        s.triangle = hit.triangle;
+        s.depth = hit.depth;
         const bool is_lit = to_sun.is_used[i] != 0 && (shadowed >> i & 1U) == 0U;
         const Vec3f toward_T{query.toward_x[i], query.toward_y[i], query.toward_z[i]};
         s.radiance = shade(hit, views.of(v), toward_T, is_lit ? 1.0F : 0.0F, rays.pixel_angle(u, v));
-        if (is_lit) s.material |= Hit::lit;
+        if (to_sun.is_used[i] != 0) s.material |= Seen::faces_sun;
+        if (is_lit) s.material |= Seen::lit;
       }
       now.values[k] = s.radiance;
     }
@@ -249,110 +255,158 @@ struct SceneRenderer::State {
            (which >= across && shows_target[which - across] != 0) ||
            (which + across < tiles.size() && shows_target[which + across] != 0);
   }
+  struct Pixel {
+    std::uint32_t u;
+    std::uint32_t v;
+  };
   /// Half a pixel's footprint out of plane, 15 deg, another material, or another light; and to be seen.
-  [[nodiscard]] static bool differ(const Seen& a, const Seen& b, float footprint) {
+  [[nodiscard]] bool differ(Pixel p, Pixel q, const View& view) const {
+    const Seen& a = seen[at(p.u, p.v)];
+    const Seen& b = seen[at(q.u, q.v)];
     if (std::fabs(a.radiance - b.radiance) <= 0.02F * (a.radiance + b.radiance) + 1e-4F) return false;
     if (a.material != b.material) return true;
-    return a.material != Hit::nothing &&
-           (dot(a.face_T, b.face_T) < 0.966F || std::fabs(dot(a.face_T, b.p_T - a.p_T)) > 0.5F * footprint);
+    if (a.material == Hit::nothing || a.triangle == b.triangle) return false;
+    if ((a.material & ~(Seen::lit | Seen::faces_sun)) == Hit::ball) return false;
+    const Vec3f face_T = scene.face_T(a.triangle);
+    if (std::fabs(dot(face_T, scene.face_T(b.triangle))) < 0.966F) return true;
+    const Vec3f between_C = b.depth * rays.centre(q.u, q.v) - a.depth * rays.centre(p.u, p.v);
+    return std::fabs(dot(face_T, view.R_TC * between_C)) > 0.5F * a.depth * rays.pixel_angle(p.u, p.v);
   }
-  [[nodiscard]] bool is_edge(std::uint32_t u, std::uint32_t v, const View& view) const {
-    const Seen& s = seen[at(u, v)];
-    const float footprint = s.material == Hit::nothing ? 0.0F : norm(s.p_T - view.camera_T) * rays.pixel_angle(u, v);
-    return (u > 0 && differ(s, seen[at(u - 1, v)], footprint)) ||
-           (u + 1 < rays.width() && differ(s, seen[at(u + 1, v)], footprint)) ||
-           (v > 0 && differ(s, seen[at(u, v - 1)], footprint)) ||
-           (v + 1 < rays.height() && differ(s, seen[at(u, v + 1)], footprint));
+  [[nodiscard]] bool is_edge(Pixel p, const View& view) const {
+    return (p.u > 0 && differ(p, {p.u - 1, p.v}, view)) ||
+           (p.u + 1 < rays.width() && differ(p, {p.u + 1, p.v}, view)) ||
+           (p.v > 0 && differ(p, {p.u, p.v - 1}, view)) || (p.v + 1 < rays.height() && differ(p, {p.u, p.v + 1}, view));
   }
 
-  /// Whether pixels around, too, have the same side of the surface in the same light: no edge of a shadow in between.
+  /// Whether pixels around that face the sun are all in its light, or all in the shade: no edge of a shadow in between.
   enum class Shadow : std::uint8_t { no, yes, ask };
-  [[nodiscard]] Shadow shadow_around(std::uint32_t u, std::uint32_t v, const View& view) const {
+  [[nodiscard]] Shadow shadow_around(Pixel p) const {
     bool any_lit = false;
     bool any_shadowed = false;
-    for (std::uint32_t y = v > 0 ? v - 1 : 0; y <= std::min(v + 1, rays.height() - 1); ++y) {
-      for (std::uint32_t x = u > 0 ? u - 1 : 0; x <= std::min(u + 1, rays.width() - 1); ++x) {
-        const Seen& s = seen[at(x, y)];
-        if (s.material == Hit::nothing || dot(s.face_T, view.light.sun_T) <= 0.0F) continue;
-        ((s.material & Hit::lit) != 0U ? any_lit : any_shadowed) = true;
+    for (std::uint32_t v = p.v > 0 ? p.v - 1 : 0; v <= std::min(p.v + 1, rays.height() - 1); ++v) {
+      for (std::uint32_t u = p.u > 0 ? p.u - 1 : 0; u <= std::min(p.u + 1, rays.width() - 1); ++u) {
+        const std::uint32_t material = seen[at(u, v)].material;
+        if ((material & Seen::faces_sun) == 0U) continue;
+        ((material & Seen::lit) != 0U ? any_lit : any_shadowed) = true;
       }
     }
     if (any_lit == any_shadowed) return Shadow::ask;
     return any_lit ? Shadow::no : Shadow::yes;
   }
 
-  [[nodiscard]] float supersampled(std::uint32_t u, std::uint32_t v, const View& view,
-                                   const std::vector<SamplePlace>& places) const {
-    const float angle = rays.pixel_angle(u, v);
-    const Vec3f sun_T = view.light.sun_T;
-    const bool has_sun = view.light.sunlight > 0.0F;
-    const Shadow shadow = has_sun ? shadow_around(u, v, view) : Shadow::yes;
-    // Each pixel has the sun's disc turned in its own way, or penumbras would show steps.
-    const auto turn = static_cast<std::size_t>(hashed(static_cast<std::uint32_t>(at(u, v))) % sun_bases);
-    const Vec3f s_T = sun_base_T[2 * turn];
-    const Vec3f t_T = sun_base_T[2 * turn + 1];
+  /// A pixel with many rays, while they come in.
+  struct Gathering {
+    Pixel at;
+    const View* view;
+    Shadow shadow;
+    Vec3f sun_s_T;  // pair across the way to the sun
+    Vec3f sun_t_T;
+    float missed;
+    std::size_t used;
     std::array<Cluster, packet> clusters;
-    std::size_t used = 0;
-    float missed = 0.0F;
-    for (std::size_t first = 0; first < places.size(); first += packet) {
+
+    void add(const Hit& hit, bool is_lit) {
+      if (hit.material == Hit::nothing) missed += 1.0F;
+      if (hit.material >= Hit::ball) return;  // balls are opaque, and drawn apart
+      std::size_t c = 0;
+      while (c < used &&
+             !(clusters[c].hit.material == hit.material && dot(clusters[c].hit.face_T, hit.face_T) > 0.95F)) {
+        ++c;
+      }
+      c = std::min(c, packet - 1);  // more than eight kinds in a pixel: the last one takes them
+      Cluster& cluster = clusters[c];
+      if (c == used) {
+        ++used;
+        cluster = Cluster{hit, 1.0F, 0.0F, 1.0F};
+      } else {
+        cluster.rays += 1.0F;
+        cluster.hit.p_T = cluster.hit.p_T + hit.p_T;
+        if (cluster.hit.triangle == hit.triangle) {
+          cluster.hit.weight_b += hit.weight_b;
+          cluster.hit.weight_c += hit.weight_c;
+          cluster.same_triangle += 1.0F;
+        }
+      }
+      cluster.lit += is_lit ? 1.0F : 0.0F;
+    }
+  };
+
+  /// Pixels with all of `places`; as many of them at a time as fill a packet.
+  void supersample(const Pixel* pixels, std::size_t count, const ViewOfRows& views,
+                   const std::vector<SamplePlace>& places) {
+    const std::size_t rays_each = std::min(places.size(), packet);  // a divisor of packet
+    std::array<Gathering, packet / 4> group;
+    for (std::size_t g = 0; g < count; ++g) {
+      Gathering& p = group[g];
+      p.at = pixels[g];
+      p.view = &views.of(p.at.v);
+      p.shadow = p.view->light.sunlight > 0.0F ? shadow_around(p.at) : Shadow::yes;
+      // Each pixel has the sun's disc turned in its own way, or penumbras would show steps.
+      const auto turn = static_cast<std::size_t>(hashed(static_cast<std::uint32_t>(at(p.at.u, p.at.v))) % sun_bases);
+      p.sun_s_T = sun_base_T[2 * turn];
+      p.sun_t_T = sun_base_T[2 * turn + 1];
+      p.missed = 0.0F;
+      p.used = 0;
+    }
+    const std::size_t lanes = count * rays_each;
+    for (std::size_t first = 0; first < places.size(); first += rays_each) {
       RayPacket query;
       std::array<Hit, packet> met;
-      for (std::size_t i = 0; i < packet; ++i) {
-        const SamplePlace& place = places[first + i];
-        query.set(i, view.camera_T, view.R_TC * rays.off_centre(u, v, place.du, place.dv), 1e9F);
+      for (std::size_t i = 0; i < lanes; ++i) {
+        const Gathering& p = group[i / rays_each];
+        const SamplePlace& place = places[first + i % rays_each];
+        query.set(i, p.view->camera_T, p.view->R_TC * rays.off_centre(p.at.u, p.at.v, place.du, place.dv), 1e9F);
       }
       scene.trace(query, met);
       std::uint32_t lit = 0;
-      if (shadow != Shadow::yes) {
-        RayPacket to_sun;
-        for (std::size_t i = 0; i < packet; ++i) {
-          if (met[i].material >= Hit::ball || dot(met[i].face_T, sun_T) <= 0.0F) continue;
-          lit |= 1U << i;
-          if (shadow == Shadow::no) continue;
-          const SamplePlace& place = places[first + i];
-          to_sun.set(i, off_surface(met[i]), sun_T + place.sun_s * s_T + place.sun_t * t_T, 1e9F);
-        }
-        if (shadow == Shadow::ask && lit != 0U) lit &= ~scene.blocked(to_sun, true);
+      bool any = false;
+      RayPacket to_sun;
+      for (std::size_t i = 0; i < lanes; ++i) {
+        const Gathering& p = group[i / rays_each];
+        const Vec3f sun_T = p.view->light.sun_T;
+        if (p.shadow == Shadow::yes || met[i].material >= Hit::ball || dot(met[i].face_T, sun_T) <= 0.0F) continue;
+        lit |= 1U << i;
+        if (p.shadow == Shadow::no) continue;
+        const SamplePlace& place = places[first + i % rays_each];
+        to_sun.set(i, off_surface(met[i]), sun_T + place.sun_s * p.sun_s_T + place.sun_t * p.sun_t_T, 1e9F);
+        any = true;
       }
-      for (std::size_t i = 0; i < packet; ++i) {
-        const Hit& hit = met[i];
-        if (hit.material == Hit::nothing) {
-          missed += 1.0F;
-          continue;
-        }
-        if (hit.material == Hit::ball) continue;  // opaque, and drawn apart
-        std::size_t c = 0;
-        while (c < used &&
-               !(clusters[c].hit.material == hit.material && dot(clusters[c].hit.face_T, hit.face_T) > 0.95F)) {
-          ++c;
-        }
-        c = std::min(c, packet - 1);  // more than eight kinds in a pixel: the last one takes them
-        Cluster& cluster = clusters[c];
-        if (c == used) {
-          ++used;
-          cluster = Cluster{hit, 1.0F, 0.0F, 1.0F};
-        } else {
-          cluster.rays += 1.0F;
-          cluster.hit.p_T = cluster.hit.p_T + hit.p_T;
-          if (cluster.hit.triangle == hit.triangle) {
-            cluster.hit.weight_b += hit.weight_b;
-            cluster.hit.weight_c += hit.weight_c;
-            cluster.same_triangle += 1.0F;
-          }
-        }
-        cluster.lit += (lit >> i & 1U) != 0U ? 1.0F : 0.0F;
+      if (any) lit &= ~scene.blocked(to_sun, true);
+      for (std::size_t i = 0; i < lanes; ++i) group[i / rays_each].add(met[i], (lit >> i & 1U) != 0U);
+    }
+    for (std::size_t g = 0; g < count; ++g) {
+      Gathering& p = group[g];
+      const std::size_t k = at(p.at.u, p.at.v);
+      float sum = p.missed * behind[k];
+      for (std::size_t c = 0; c < p.used; ++c) {
+        Cluster& cluster = p.clusters[c];
+        cluster.hit.p_T = (1.0F / cluster.rays) * cluster.hit.p_T;
+        cluster.hit.weight_b /= cluster.same_triangle;
+        cluster.hit.weight_c /= cluster.same_triangle;
+        sum += cluster.rays * shade(cluster.hit, *p.view, normalized(cluster.hit.p_T - p.view->camera_T),
+                                    cluster.lit / cluster.rays, rays.pixel_angle(p.at.u, p.at.v));
+      }
+      now.values[k] = sum / static_cast<float>(places.size());
+    }
+  }
+
+  void refine_tile(std::size_t which, const ViewOfRows& views, bool all, const std::vector<SamplePlace>& places) {
+    if (!is_near_target(which)) return;
+    const Tile& tile = tiles[which];
+    const std::size_t at_a_time = packet / std::min(places.size(), packet);
+    std::array<Pixel, packet> waiting{};
+    std::size_t count = 0;
+    for (std::uint32_t v = tile.v0; v < tile.v1; ++v) {
+      const View& view = views.of(v);
+      for (std::uint32_t u = tile.u0; u < tile.u1; ++u) {
+        if (!rays.is_seen(u, v) || !(all || is_edge({u, v}, view))) continue;
+        waiting[count++] = {u, v};
+        if (count < at_a_time) continue;
+        supersample(waiting.data(), count, views, places);
+        count = 0;
       }
     }
-    float sum = missed * behind[at(u, v)];
-    for (std::size_t c = 0; c < used; ++c) {
-      Cluster& cluster = clusters[c];
-      cluster.hit.p_T = (1.0F / cluster.rays) * cluster.hit.p_T;
-      cluster.hit.weight_b /= cluster.same_triangle;
-      cluster.hit.weight_c /= cluster.same_triangle;
-      sum += cluster.rays *
-             shade(cluster.hit, view, normalized(cluster.hit.p_T - view.camera_T), cluster.lit / cluster.rays, angle);
-    }
-    return sum / static_cast<float>(places.size());
+    if (count > 0) supersample(waiting.data(), count, views, places);
   }
 
   /// Pixels that the target may fill.
@@ -380,6 +434,7 @@ struct SceneRenderer::State {
 
   void draw_instant(const ViewOfRows& views, float weight, bool is_visible_to_stars) {
     const Sky sky(views.middle().state, settings.earth_albedo, settings.earth);
+    turn_sun_bases(views.middle().light.sun_T);
     pool.run(tiles.size(), [&](std::size_t which) { trace_tile(which, views, sky); });
     // A small target gets many rays a pixel everywhere: nothing of it is large against a pixel.
     const double area = area_px(views.middle());
@@ -387,18 +442,7 @@ struct SceneRenderer::State {
     const auto affordable = 8U * static_cast<std::uint32_t>(std::clamp(160'000.0 / (8.0 * area), 1.0, 8.0));
     const std::vector<SamplePlace> places =
         sample_places(is_small ? std::max(settings.edge_samples, affordable) : settings.edge_samples);
-    turn_sun_bases(views.middle().light.sun_T);
-    pool.run(tiles.size(), [&](std::size_t which) {
-      if (!is_near_target(which)) return;
-      const Tile& tile = tiles[which];
-      for (std::uint32_t v = tile.v0; v < tile.v1; ++v) {
-        const View& view = views.of(v);
-        for (std::uint32_t u = tile.u0; u < tile.u1; ++u) {
-          if (!rays.is_seen(u, v)) continue;
-          if (is_small || is_edge(u, v, view)) now.values[at(u, v)] = supersampled(u, v, view, places);
-        }
-      }
-    });
+    pool.run(tiles.size(), [&](std::size_t which) { refine_tile(which, views, is_small, places); });
     draw_lights(lights, static_cast<float>(settings.light_radiance), views, camera, scene, settings.spread.sigma_px,
                 weight, points);
     if (is_visible_to_stars) draw_stars(views.middle(), sky, weight);

@@ -12,6 +12,8 @@
 namespace relnav::hil {
 namespace {
 
+constexpr float unit = 2048.0F;  // of packed texels
+
 Texel blend(const Texel& a, const Texel& b, float t) { return {a.values + t * (b.values - a.values)}; }
 
 /// Four texels as one: slopes are averaged, and what they scatter is added to alpha^2 (both axes together: alpha^2 is twice
@@ -157,17 +159,25 @@ Texel label_texel(float u, float v) {
 
 Texture::Texture(std::uint32_t side_px, std::vector<Texel> texels, float side)
     : side_px_(side_px), per_unit_(static_cast<float>(side_px) / side) {
-  levels_.push_back(std::move(texels));
-  for (std::uint32_t px = side_px / 2; px >= 1; px /= 2) {
-    const std::vector<Texel>& fine = levels_.back();
-    std::vector<Texel> coarse(static_cast<std::size_t>(px) * px);
-    for (std::size_t j = 0; j < px; ++j) {
-      for (std::size_t i = 0; i < px; ++i) {
-        const std::size_t k = 4 * j * px + 2 * i;
-        coarse[j * px + i] = mean_of(fine[k], fine[k + 1], fine[k + 2 * px], fine[k + 2 * px + 1]);
+  for (std::uint32_t px = side_px; px >= 1; px /= 2) {
+    std::vector<Packed> packed;
+    packed.reserve(texels.size());
+    for (const Texel& texel : texels) {
+      const auto rounded = [&](int i) {
+        return static_cast<std::int16_t>(std::lround(std::clamp(texel.values[i], -15.9F, 15.9F) * unit));
+      };
+      packed.push_back(Packed{rounded(0), rounded(1), rounded(2), rounded(3)});
+    }
+    levels_.push_back(std::move(packed));
+    const std::size_t half = px / 2;
+    std::vector<Texel> coarse(half * half);
+    for (std::size_t j = 0; j < half; ++j) {
+      for (std::size_t i = 0; i < half; ++i) {
+        const std::size_t k = 2 * j * px + 2 * i;
+        coarse[j * half + i] = mean_of(texels[k], texels[k + 1], texels[k + px], texels[k + px + 1]);
       }
     }
-    levels_.push_back(std::move(coarse));
+    texels = std::move(coarse);
   }
 }
 
@@ -176,18 +186,26 @@ Texel Texture::bilinear(std::size_t level, float u, float v) const {
   const float scale = per_unit_ / static_cast<float>(1U << level);
   const float x = u * scale - 0.5F;
   const float y = v * scale - 0.5F;
-  const float x_floor = std::floor(x);
-  const float y_floor = std::floor(y);
+  const auto floor_of = [](float value) {
+    const auto cut = static_cast<std::int32_t>(value);
+    return cut - (static_cast<float>(cut) > value ? 1 : 0);
+  };
+  const std::int32_t i = floor_of(x);
+  const std::int32_t j = floor_of(y);
   const std::uint32_t mask = px - 1;
-  const std::uint32_t i0 = static_cast<std::uint32_t>(static_cast<std::int32_t>(x_floor)) & mask;
-  const std::uint32_t j0 = static_cast<std::uint32_t>(static_cast<std::int32_t>(y_floor)) & mask;
+  const std::uint32_t i0 = static_cast<std::uint32_t>(i) & mask;
+  const std::uint32_t j0 = static_cast<std::uint32_t>(j) & mask;
   const std::uint32_t i1 = (i0 + 1) & mask;
   const std::uint32_t j1 = (j0 + 1) & mask;
-  const Texel* texels = levels_[level].data();
-  const float fx = x - x_floor;
-  const float fy = y - y_floor;
-  return blend(blend(texels[j0 * px + i0], texels[j0 * px + i1], fx),
-               blend(texels[j1 * px + i0], texels[j1 * px + i1], fx), fy);
+  const Packed* texels = levels_[level].data();
+  const auto unpacked = [&](std::uint32_t row, std::uint32_t column) {
+    return __builtin_convertvector(texels[row * px + column], Texel::Values);
+  };
+  const float fx = x - static_cast<float>(i);
+  const float fy = y - static_cast<float>(j);
+  const Texel::Values low = unpacked(j0, i0) + fx * (unpacked(j0, i1) - unpacked(j0, i0));
+  const Texel::Values high = unpacked(j1, i0) + fx * (unpacked(j1, i1) - unpacked(j1, i0));
+  return {(1.0F / unit) * (low + fy * (high - low))};
 }
 
 Texel Texture::at(float u, float v, float footprint) const {
