@@ -14,7 +14,7 @@
 #include <span>
 
 #include "hil/io/fast_crc32.hpp"
-#include "hil/montecarlo/atomic_file.hpp"
+#include "hil/io/atomic_file.hpp"
 #include "platform/files/input_error.hpp"
 #include "platform/files/text.hpp"
 

@@ -7,7 +7,7 @@
 #include <nlohmann/json.hpp>
 
 #include "hil/evaluate/chi_square.hpp"
-#include "hil/montecarlo/atomic_file.hpp"
+#include "hil/io/atomic_file.hpp"
 #include "hil/montecarlo/distribution.hpp"
 #include "hil/montecarlo/scenario_check.hpp"
 #include "hil/report/page.hpp"

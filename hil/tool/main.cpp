@@ -10,16 +10,18 @@ int main(int argc, char** argv) {
   app.require_subcommand(1);
   int exit_status = exit_done;
   add_replay_command(app, exit_status);
-  add_sim_command(app, exit_status);
   add_pack_command(app, exit_status);
   add_evaluate_command(app, exit_status);
   add_scenario_command(app, exit_status);
-  add_montecarlo_command(app, exit_status);
   add_solve_command(app, exit_status);
   add_capture_command(app, exit_status);
   add_export_command(app, exit_status);
   add_serve_command(app, exit_status);
   add_tlm_command(app, exit_status);
+#ifdef RELNAV_HAS_SIMULATION
+  add_sim_command(app, exit_status);
+  add_montecarlo_command(app, exit_status);
+#endif
   try {
     app.parse(argc, argv);
   } catch (const CLI::ParseError& error) {

@@ -5,7 +5,7 @@
 #include <numeric>
 
 #include "hil/evaluate/chi_square.hpp"
-#include "hil/montecarlo/atomic_file.hpp"
+#include "hil/io/atomic_file.hpp"
 #include "hil/montecarlo/campaign_summary.hpp"
 #include "hil/montecarlo/distribution.hpp"
 #include "tests/support/scratch.hpp"

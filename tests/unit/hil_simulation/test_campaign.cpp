@@ -8,7 +8,7 @@
 #include <filesystem>
 #include <vector>
 
-#include "hil/montecarlo/atomic_file.hpp"
+#include "hil/io/atomic_file.hpp"
 #include "hil/montecarlo/campaign.hpp"
 #include "hil/montecarlo/campaign_summary.hpp"
 #include "tests/support/scratch.hpp"
