@@ -3,6 +3,7 @@
 #include "hil/replay/flight_driver.hpp"
 #include "platform/files/text.hpp"
 #include "platform/host/scripted_camera.hpp"
+#include "platform/host/scripted_clock.hpp"
 #include "platform/host/scripted_packet_link.hpp"
 #include "tests/support/scratch.hpp"
 
@@ -114,6 +115,7 @@ TEST(FlightConfigFile, ValuesThatContradictEachOtherAreNamed) {
 
 TEST_GROUP(FlightDriver) {
   Scratch scratch;
+  platform::host::ScriptedClock clock;
   platform::host::ScriptedCamera camera{2, 4};
   platform::host::ScriptedPacketLink link{64};
 
