@@ -16,9 +16,9 @@ class SceneImageMaker final : public ImageMaker {
   SceneImageMaker(const SimulationScenario& scenario, const CameraModel& camera, std::uint64_t seed)
       : renderer_(settings_of(scenario), camera, scenario.target.features.empty() ? nullptr : &scenario.target, seed) {}
 
-  void make(const SceneState& mid, std::uint32_t frame, const ExposureSettings& exposure, Image& image) override {
+  void make(const SceneState& mid, std::uint32_t frame, const hal::Exposure& exposure, Image& image) override {
     renderer_.render(
-        mid.time, frame, exposure.exposure_s, exposure.gain, [&](Time time) { return moved_on(mid, time); }, image);
+        mid.time, frame, exposure.time.seconds(), exposure.gain, [&](Time time) { return moved_on(mid, time); }, image);
   }
 
  private:

@@ -11,8 +11,9 @@ namespace relnav::hil {
 class FlightDriver final : public StepDriver {
  public:
   /// `second`: for coop_stereo, else null.
-  FlightDriver(hal::Clock& clock, hal::Camera& camera, hal::Camera* second, hal::PacketLink& link)
-      : loop_(camera, clock, link, watchdog_, second) {}
+  FlightDriver(hal::Clock& clock, hal::Camera& camera, hal::Camera* second, hal::PacketLink& link,
+               const app::FlightPeripherals& peripherals = {})
+      : loop_(camera, clock, link, watchdog_, second, peripherals) {}
 
   Status configure(const app::FlightLoopConfig& config) { return loop_.configure(config); }
   Status start() override { return loop_.start(); }
@@ -34,6 +35,7 @@ class FlightDriver final : public StepDriver {
 [[nodiscard]] std::unique_ptr<FlightDriver> make_flight_driver(const app::FlightLoopConfig& config,
                                                                const std::string& file, hal::Clock& clock,
                                                                hal::Camera& camera, hal::Camera* second,
-                                                               hal::PacketLink& link);
+                                                               hal::PacketLink& link,
+                                                               const app::FlightPeripherals& peripherals = {});
 
 }  // namespace relnav::hil

@@ -2,24 +2,19 @@
 #include <functional>
 #include <memory>
 
+#include "hal/exposure_control.hpp"
 #include "hil/io/image.hpp"
 #include "hil/simulation/scenario_file.hpp"
 #include "hil/simulation/scene_state.hpp"
 
 namespace relnav::hil {
 
-/// How a frame was taken.
-struct ExposureSettings {
-  double exposure_s = 0.002;
-  double gain = 1.0;
-};
-
 /// Makes what one camera sees.
 class ImageMaker {
  public:
   virtual ~ImageMaker() = default;
   /// `mid`: the scene at mid-exposure, in this camera's frame. `frame`: its number, part of the noise's seed.
-  virtual void make(const SceneState& mid, std::uint32_t frame, const ExposureSettings& exposure, Image& image) = 0;
+  virtual void make(const SceneState& mid, std::uint32_t frame, const hal::Exposure& exposure, Image& image) = 0;
 
  protected:
   ImageMaker() = default;

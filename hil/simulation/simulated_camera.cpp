@@ -11,16 +11,18 @@ namespace {
 constexpr Duration readout{2'000'000};
 /// What a start in vain takes.
 constexpr Duration start_attempt{50'000'000};
+constexpr hal::ExposureLimits exposure_limits{Duration{1'000}, Duration{1'000'000'000}, 1.0, 64.0};
 
 }  // namespace
 
 SimulatedCamera::SimulatedCamera(std::vector<PlannedFrame> frames, std::vector<Fault> faults, SimulatedClock& clock,
-                                 FrameMaker make, Duration exposure)
+                                 FrameMaker make, const hal::Exposure& exposure)
     : frames_(std::move(frames)),
       faults_(std::move(faults)),
       clock_(clock),
       make_(std::move(make)),
       exposure_(exposure),
+      next_exposure_(exposure),
       back_(clock.simulated()) {}
 
 const Fault* SimulatedCamera::fault_at(FaultKind kind, std::size_t number) const {
@@ -31,10 +33,14 @@ const Fault* SimulatedCamera::fault_at(FaultKind kind, std::size_t number) const
 }
 
 Time SimulatedCamera::due(std::size_t number) const {
-  return frames_[number].time + Duration{exposure_.ns / 2} + readout;
+  return frames_[number].time + Duration{exposure_of(number).time.ns / 2} + readout;
 }
 
-bool SimulatedCamera::is_away() { return clock_.simulated() < back_; }
+const hal::Exposure& SimulatedCamera::exposure_of(std::size_t number) const {
+  return number < changed_from_ ? exposure_ : next_exposure_;
+}
+
+bool SimulatedCamera::is_away() const { return clock_.simulated() < back_; }
 
 Status SimulatedCamera::start() {
   if (is_away()) {
@@ -73,7 +79,7 @@ std::shared_ptr<Image> SimulatedCamera::expose(std::size_t number) {
   // A frozen sensor repeats what it gave last, to the byte.
   if (fault_at(FaultKind::frozen, number) != nullptr && shown_) return shown_;
   auto image = std::make_shared<Image>();
-  make_(number, *image);
+  make_(number, exposure_of(number), *image);
   if (fault_at(FaultKind::torn, number) != nullptr && shown_) tear(*image, *shown_);
   if (fault_at(FaultKind::black, number) != nullptr) fill(*image, 0x00);
   if (fault_at(FaultKind::white, number) != nullptr) fill(*image, 0xFF);
@@ -119,7 +125,7 @@ Status SimulatedCamera::acquire(Duration wait, hal::Frame& frame) {
   frame.mid_exposure = frame.first_data = frame.dequeued = last_.time;
   frame.clock = hal::ClockId::device;
   frame.sequence = static_cast<std::uint32_t>(number);
-  frame.exposure = exposure_;
+  frame.exposure = exposure_of(number).time;
   frame.lease = slot->lease;
   return Status::ok;
 }
@@ -129,6 +135,26 @@ Status SimulatedCamera::release(const hal::Frame& frame) {
   const auto slot = std::find_if(slots_.begin(), slots_.end(), [&](const Slot& s) { return s.lease == frame.lease; });
   if (slot == slots_.end()) return Status::stale_handle;
   slot->lease = 0;
+  return Status::ok;
+}
+
+Status SimulatedCamera::limits(hal::ExposureLimits& limits) {
+  if (is_away()) return Status::device_lost;
+  if (!streaming_) return Status::not_configured;
+  limits = exposure_limits;
+  return Status::ok;
+}
+
+Status SimulatedCamera::set(const hal::Exposure& wanted, hal::Exposure& applied) {
+  if (is_away()) return Status::device_lost;
+  if (!streaming_) return Status::not_configured;
+  const bool inside = wanted.time >= exposure_limits.time_min && wanted.time <= exposure_limits.time_max &&
+                      wanted.gain >= exposure_limits.gain_min && wanted.gain <= exposure_limits.gain_max;
+  if (!inside) return Status::invalid_argument;
+  exposure_ = exposure_of(next_);
+  next_exposure_ = wanted;
+  changed_from_ = next_ + 1;
+  applied = wanted;
   return Status::ok;
 }
 

@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "hal/camera.hpp"
+#include "hal/exposure_control.hpp"
 #include "hil/replay/run_camera.hpp"
 #include "hil/serve/fault.hpp"
 #include "hil/simulation/simulated_clock.hpp"
@@ -17,22 +18,26 @@ struct PlannedFrame {
   Time stamp;  ///< as the camera states it, jumps of its clock included
 };
 
-/// What a frame shows.
-using FrameMaker = std::function<void(std::size_t number, Image&)>;
+/// What a frame shows, exposed so.
+using FrameMaker = std::function<void(std::size_t number, const hal::Exposure&, Image&)>;
 
 /// Camera over frames that are made when they are asked for. Behind the HAL it behaves as a real one: a frame comes when it has been
 /// exposed and read out, some never come, and with a fault `unplug` the device is away. Stamps are of ClockId::device: latencies
 /// would be the machine's, and no run would be like the other.
-class SimulatedCamera final : public hal::Camera, public RunCamera {
+class SimulatedCamera final : public hal::Camera, public hal::ExposureControl, public RunCamera {
  public:
   SimulatedCamera(std::vector<PlannedFrame> frames, std::vector<Fault> faults, SimulatedClock& clock, FrameMaker make,
-                  Duration exposure);
+                  const hal::Exposure& exposure);
 
   Status start() override;
   Status acquire(Duration wait, hal::Frame& frame) override;
   Status release(const hal::Frame& frame) override;
   Status stop() override;
   [[nodiscard]] std::uint32_t max_leases() const override { return static_cast<std::uint32_t>(slots_.size()); }
+
+  Status limits(hal::ExposureLimits& limits) override;
+  /// In force from the frame after the next one: that one is being exposed.
+  Status set(const hal::Exposure& wanted, hal::Exposure& applied) override;
 
   [[nodiscard]] std::size_t frames_listed() const override { return frames_.size(); }
   [[nodiscard]] std::size_t frames_done() const override;
@@ -46,7 +51,8 @@ class SimulatedCamera final : public hal::Camera, public RunCamera {
   };
   [[nodiscard]] const Fault* fault_at(FaultKind kind, std::size_t number) const;
   [[nodiscard]] Time due(std::size_t number) const;
-  [[nodiscard]] bool is_away();
+  [[nodiscard]] bool is_away() const;
+  [[nodiscard]] const hal::Exposure& exposure_of(std::size_t number) const;
   /// Status::timeout or no_data while the next frame is not there yet.
   Status await_due(Duration wait);
   /// The image of frame `number` with its faults.
@@ -56,7 +62,9 @@ class SimulatedCamera final : public hal::Camera, public RunCamera {
   std::vector<Fault> faults_;
   SimulatedClock& clock_;
   FrameMaker make_;
-  Duration exposure_;
+  hal::Exposure exposure_;  ///< before frame changed_from_
+  hal::Exposure next_exposure_;
+  std::size_t changed_from_ = 0;
   std::array<Slot, 3> slots_;
   std::shared_ptr<Image> shown_;  ///< last one handed out
   std::size_t next_ = 0;

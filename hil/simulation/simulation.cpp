@@ -72,17 +72,21 @@ void Simulation::set_up_images(const ImageMakerFactory& makers, hal::PacketLink&
     throw InputError(scenario_.path, 0, "this build of relnav renders no images",
                      "sensor: features, or a build with Embree and Assimp");
   }
-  const Duration exposure{static_cast<std::int64_t>(scenario_.exposure_s * 1e9)};
+  const hal::Exposure exposure{Duration{static_cast<std::int64_t>(scenario_.exposure_s * 1e9)}, scenario_.gain};
   for (std::size_t c = 0; c < plan_.true_rig.size(); ++c) {
     parts_->makers.push_back(makers(scenario_, plan_.true_rig[c].model, scenario_.seed + c));
     // A fault hits the first camera; a pair goes on with the other.
     parts_->cameras.push_back(std::make_unique<SimulatedCamera>(
         plan_.frames, c == 0 ? scenario_.faults : std::vector<Fault>(), clock_,
-        [this, c](std::size_t number, Image& image) { make_frame(c, number, image); }, exposure));
+        [this, c](std::size_t number, const hal::Exposure& e, Image& image) { make_frame(c, number, e, image); },
+        exposure));
     cameras_.push_back(parts_->cameras.back().get());
   }
+  app::FlightPeripherals peripherals;
+  for (std::size_t c = 0; c < parts_->cameras.size(); ++c) peripherals.exposures[c] = parts_->cameras[c].get();
   hal::Camera* const second = parts_->cameras.size() > 1 ? parts_->cameras[1].get() : nullptr;
-  auto flight = make_flight_driver(scenario_.flight, scenario_.path, clock_, *parts_->cameras[0], second, link);
+  auto flight =
+      make_flight_driver(scenario_.flight, scenario_.path, clock_, *parts_->cameras[0], second, link, peripherals);
   if (scenario_.handover.at_s < 0.0) {
     parts_->flight = std::move(flight);
     return;
@@ -93,10 +97,9 @@ void Simulation::set_up_images(const ImageMakerFactory& makers, hal::PacketLink&
   parts_->flight = std::make_unique<HandoverDriver>(std::move(flight), later, when, clock_);
 }
 
-void Simulation::make_frame(std::size_t camera, std::size_t number, Image& image) {
+void Simulation::make_frame(std::size_t camera, std::size_t number, const hal::Exposure& exposure, Image& image) {
   const SceneState state = seen_by(plan_.true_rig[camera], plan_.truth[number]);
-  parts_->makers[camera]->make(state, static_cast<std::uint32_t>(number), {scenario_.exposure_s, scenario_.gain},
-                               image);
+  parts_->makers[camera]->make(state, static_cast<std::uint32_t>(number), exposure, image);
   if (capture_ != nullptr) capture_->add(camera, plan_.frames[number].stamp, image);
 }
 

@@ -30,7 +30,7 @@ class Simulation {
 
  private:
   struct Parts;
-  void make_frame(std::size_t camera, std::size_t number, Image& image);
+  void make_frame(std::size_t camera, std::size_t number, const hal::Exposure& exposure, Image& image);
   void set_up_images(const ImageMakerFactory& makers, hal::PacketLink& link);
 
   SimulationScenario scenario_;
