@@ -12,6 +12,26 @@ constexpr double least_cosine = 0.26;
 constexpr double patch_border_px = 12.5;
 constexpr double least_sigma_px = 0.01;
 
+/// Whether a point on a box about the origin of T is hidden by it (slab test; Kay, Kajiya, SIGGRAPH 1986).
+bool is_hidden(const Vec3& p_T, const Vec3& camera_T, const Vec3& half_size_m) {
+  constexpr double shrunk = 0.999;  // the point itself lies on the surface
+  double enter = 0.0;
+  double leave = 1.0;
+  const Vec3 way = p_T - camera_T;
+  for (int axis = 0; axis < 3; ++axis) {
+    const double half = shrunk * half_size_m(axis);
+    if (way(axis) == 0.0) {
+      if (std::abs(camera_T(axis)) >= half) return false;
+      continue;
+    }
+    const double a = (-half - camera_T(axis)) / way(axis);
+    const double b = (half - camera_T(axis)) / way(axis);
+    enter = std::max(enter, std::min(a, b));
+    leave = std::min(leave, std::max(a, b));
+  }
+  return enter < leave;
+}
+
 }  // namespace
 
 std::vector<SurfacePoint> surface_points(const FeatureSettings& settings, std::uint64_t seed) {
@@ -133,6 +153,8 @@ PoseObservations LightSensor::observe(const SceneState& truth) {
       const double dv = random_.next();
       const double luck = random_.uniform(0.0, 1.0);
       if (!feature.normal_T.isZero() && (rig_[c].R_KC * (truth.R_CT * feature.normal_T)).dot(p_K) >= 0.0) continue;
+      const Vec3 camera_T = truth.R_CT.transpose() * (rig_[c].R_KC.transpose() * -rig_[c].t_KC - truth.t_CT);
+      if (settings_.opaque_body && is_hidden(feature.p_T, camera_T, settings_.half_size_m)) continue;
       PoseObservation o;
       if (rig_[c].model.project(p_K, o.uv_px) != Status::ok) continue;
       o.uv_px += settings_.sigma_px * Vec2(du, dv);

@@ -21,6 +21,7 @@ constexpr Words<app::NavigationKind, 3> scenario_modes{{{"noncoop", app::Navigat
                                                         {"coop-mono", app::NavigationKind::coop_mono},
                                                         {"coop-stereo", app::NavigationKind::coop_stereo}}};
 constexpr Words<SensorKind, 2> sensor_words{{{"images", SensorKind::images}, {"features", SensorKind::features}}};
+constexpr Words<bool, 2> scenario_yes_no{{{"true", true}, {"false", false}}};
 constexpr Words<bool, 2> scenario_motions{{{"rigid-target", true}, {"camera", false}}};
 
 /// Everything a scenario depends on, for its checksum.
@@ -82,6 +83,7 @@ FeatureSettings read_features(const std::string& path, const FileSection& sectio
   f.outlier_px = section.number_or("outlier_px", 0.0, most_px, f.outlier_px);
   f.missed_share = section.number_or("missed_share", 0.0, 0.99, f.missed_share);
   f.body_points = static_cast<int>(section.whole_or("body_points", 10, most_points, f.body_points));
+  f.opaque_body = section.word_or("opaque_body", scenario_yes_no, f.opaque_body);
   f.half_size_m = three_numbers(path, section, "half_size_m", f.half_size_m);
   if (f.half_size_m.minCoeff() <= 0.0)
     section.fail(section.node("half_size_m"), "features.half_size_m is not positive", "half the edges of a box, m");
@@ -148,7 +150,11 @@ app::FlightLoopConfig read_flight(const std::string& path, const YAML::Node& nod
   } else if (noncoop) {
     setup.range_m = RelativeMotion(s.motion, s.seed).at(Time{}).t_CT.norm();
   }
-  app::FlightLoopConfig config = flight_config_of(setup);
+  // Without images there is no flight loop that would have to hold them, nor to find lights in them.
+  auto config = app::FlightLoopConfig::defaults(setup.rigid_target ? MotionKind::rigid_target : MotionKind::camera);
+  config.navigation = s.navigation;
+  if (s.sensor == SensorKind::images) config = flight_config_of(setup);
+  if (setup.range_sigma_m >= 0.0) config.scale_known = true;
   if (s.handover.at_s >= 0.0) config.coop.target = s.target;
   read_flight_config(path, node, config);
   if (setup.range_m > 0.0) config.navigator.filter.range_m = setup.range_m;
@@ -240,9 +246,10 @@ SimulationScenario read_scenario(const std::string& path, RunNumber run) {
     static_cast<void>(root.require("target", "a target model with a cooperative mode"));
   }
   if (root.has("features")) {
-    s.features = read_features(path, FileSection(path, root.node("features"), "features",
-                                                 {"count", "sigma_px", "first_view_sigma_px", "outlier_share",
-                                                  "outlier_px", "missed_share", "body_points", "half_size_m"}));
+    s.features =
+        read_features(path, FileSection(path, root.node("features"), "features",
+                                        {"count", "sigma_px", "first_view_sigma_px", "outlier_share", "outlier_px",
+                                         "missed_share", "body_points", "half_size_m", "opaque_body"}));
   }
   if (root.has("render")) s.render = root.node("render");
   s.faults = read_faults(path, root.node("faults"));

@@ -27,6 +27,7 @@ struct FeatureSettings {
   double outlier_share = 0.0;              ///< of the observations,
   double outlier_px = 20.0;                ///< off by up to this much in each coordinate
   double missed_share = 0.0;               ///< of those in sight
+  bool opaque_body = false;                ///< lights behind the box of half_size_m are hidden
   int body_points = 400;                   ///< on the target's surface (noncoop),
   Vec3 half_size_m = Vec3(0.8, 0.8, 0.8);  ///< a box
 };
