@@ -89,13 +89,13 @@ Texture painted(std::uint32_t side_px, float side, Of&& of) {
   return Texture(side_px, std::move(texels), side);
 }
 
-/// Large facets with small ones on them, tilted by 8 and 4 deg, and creases between.
+/// Large facets with small ones on them, tilted by 14 and 6 deg, and creases between.
 Texel foil_texel(float u, float v) {
   const Facet large = facet_at(u / 0.05F, v / 0.05F, 24, 0xF01U);
   const Facet small = facet_at(u / 0.0171428F, v / 0.0171428F, 70, 0xF02U);
   Texel t;
-  t.values[1] = 0.15F * gaussian_like(hashed(large.id, 3U)) + 0.07F * gaussian_like(hashed(small.id, 3U));
-  t.values[2] = 0.15F * gaussian_like(hashed(large.id, 4U)) + 0.07F * gaussian_like(hashed(small.id, 4U));
+  t.values[1] = 0.24F * gaussian_like(hashed(large.id, 3U)) + 0.11F * gaussian_like(hashed(small.id, 3U));
+  t.values[2] = 0.24F * gaussian_like(hashed(large.id, 4U)) + 0.11F * gaussian_like(hashed(small.id, 4U));
   t.values[0] = 0.55F + 0.35F * unit_hash(large.id, 5U) + 0.10F * unit_hash(small.id, 5U);
   t.values[0] *= 0.6F + 0.4F * ramp(0.0F, 0.12F, large.from_ridge);
   // Every half metre a seam of tape.
