@@ -1,8 +1,9 @@
 #pragma once
-#include <algorithm>
-#include <cmath>
+#include <array>
+#include <cstddef>
+#include <cstdint>
 
-#include "hil/render/mesh_scene.hpp"
+#include "hil/render/vec3f.hpp"
 
 namespace relnav::hil {
 
@@ -20,67 +21,23 @@ struct Lighting {
   float fill = 0.0F;            ///< from everywhere: light that parts of the target throw on each other
 };
 
-/// Radiance of a surface toward `to_viewer_T`. `lit`: share of the free disc of the sun that nothing blocks.
-/// `footprint`: of a pixel on the surface, m.
+/// Eight pieces of surface, number by number, so that a processor shades them together.
+struct alignas(32) Patches {
+  static constexpr std::size_t size = 8;
+  using Numbers = std::array<float, size>;
+  Numbers normal_x, normal_y, normal_z;      ///< in T, of any length, on any side
+  Numbers face_x, face_y, face_z;            ///< unit normal of the triangle, toward the viewer
+  Numbers along_x, along_y, along_z;         ///< along the texture's u
+  Numbers tilt_u, tilt_v;                    ///< slopes from the texture
+  Numbers viewer_x, viewer_y, viewer_z;      ///< unit vector to the viewer
+  Numbers base, metallic, alpha2, emission;  ///< alpha: GGX width
+  Numbers lit;                               ///< share of the free disc of the sun that nothing blocks
+};
+
+/// Radiance of each toward its viewer.
 /// Microfacets: GGX, D of Walter et al., EGSR 2007, (33); shadowing after Schlick's form of its (34) (Karis, SIGGRAPH 2013
-/// course); Fresnel: Schlick, CGF 13(3), 1994, (15).
-inline float radiance_of(const Surface& surface, const Material& material, const Texture* texture,
-                         const Lighting& light, Vec3f to_viewer_T, float lit, float footprint) {
-  Vec3f n = surface.normal_T;
-  const float facing = std::max(dot(surface.face_T, to_viewer_T), 0.05F);
-  float base = material.base;
-  const float metallic = material.metallic;
-  const float width = material.roughness * material.roughness;
-  // The sun is no point: the half vector scatters by a quarter of its radius along each axis.
-  constexpr float of_disc = static_cast<float>(sun_radius_rad * sun_radius_rad / 8.0);
-  float alpha2 = width * width + of_disc;
-  if (texture != nullptr) {
-    // The longer axis of the footprint grows with 1 / facing, the shorter does not: in between.
-    const Texel texel = texture->at(surface.u, surface.v, footprint * surface.per_metre / std::sqrt(facing));
-    base = std::min(base * texel.base(), 1.0F);
-    alpha2 += texel.alpha2();
-    const Vec3f s = normalized(surface.along_u_T - dot(surface.along_u_T, n) * n);
-    n = normalized(n + texel.tilt_u() * s + texel.tilt_v() * cross(n, s));
-  }
-  alpha2 = std::min(alpha2, 1.0F);
-  const float nv = std::max(dot(n, to_viewer_T), 0.05F);
-  const float f0 = 0.04F + metallic * (base - 0.04F);
-  const float matt = (1.0F - metallic) * base;
-
-  float out = material.emission;
-  const float nl = dot(n, light.sun_T);
-  if (lit > 0.0F && nl > 0.0F) {
-    const Vec3f h = normalized(light.sun_T + to_viewer_T);
-    const float nh = std::max(dot(n, h), 0.0F);
-    const float vh = std::max(dot(to_viewer_T, h), 0.0F);
-    const float d = nh * nh * (alpha2 - 1.0F) + 1.0F;
-    const float ggx = alpha2 / (d * d);  // times 1 / pi, which the unit of radiance takes away
-    const float k = 0.5F * std::sqrt(alpha2);
-    const float shadowing = 0.25F / ((nl * (1.0F - k) + k) * (nv * (1.0F - k) + k));
-    const float c = 1.0F - vh;
-    const float c2 = c * c;
-    const float fresnel = f0 + (1.0F - f0) * c2 * c2 * c;
-    out += light.sunlight * lit * nl * ((1.0F - fresnel) * matt + fresnel * ggx * shadowing);
-  }
-
-  // A uniform disc in the sky: its irradiance above the horizon is exact, while it sets a parabola.
-  const float ne = dot(n, light.earth_T);
-  float share = ne;
-  if (ne < light.earth_sin) {
-    const float above = std::max(ne + light.earth_sin, 0.0F);
-    share = light.earth_sin > 0.0F ? above * above / (4.0F * light.earth_sin) : 0.0F;
-  }
-  const float c = 1.0F - nv;
-  const float c2 = c * c;
-  const float fresnel = f0 + (1.0F - f0) * c2 * c2 * c * (1.0F - std::sqrt(alpha2));
-  out += (1.0F - fresnel) * matt * light.earth_radiance * light.earth_sin * light.earth_sin * share;
-  // Mirrored: the disc's edge as soft as the surface is rough.
-  const Vec3f mirrored = 2.0F * dot(n, to_viewer_T) * n - to_viewer_T;
-  const float soft = 0.02F + std::sqrt(alpha2);
-  const float edge = (dot(mirrored, light.earth_T) - light.earth_cos) / (2.0F * soft) + 0.5F;
-  const float inside = std::clamp(edge, 0.0F, 1.0F);
-  out += fresnel * light.earth_radiance * inside * inside * (3.0F - 2.0F * inside);
-  return out + light.fill * (matt + f0);
-}
+/// course); Fresnel: Schlick, CGF 13(3), 1994, (15). The Earth: irradiance of a uniform disc, exact while it is above the
+/// surface's horizon and falling like a parabola while it sets; mirrored with an edge as soft as the surface is rough.
+void shade(const Patches& patches, const Lighting& light, Patches::Numbers& radiance);
 
 }  // namespace relnav::hil

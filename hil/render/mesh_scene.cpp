@@ -177,7 +177,8 @@ void MeshScene::trace(const RayPacket& rays, std::array<Hit, RayPacket::size>& m
   }
 }
 
-Surface MeshScene::surface_at(const Hit& hit) const {
+void MeshScene::describe(const Hit& hit, Vec3f to_viewer_T, float lit, float footprint, Patches& patches,
+                         std::size_t i) const {
   const Triangle& triangle = mesh_.triangles[hit.triangle];
   const Vertex& a = mesh_.vertices[triangle.corners[0]];
   const Vertex& b = mesh_.vertices[triangle.corners[1]];
@@ -185,17 +186,32 @@ Surface MeshScene::surface_at(const Hit& hit) const {
   const float wb = hit.weight_b;
   const float wc = hit.weight_c;
   const float wa = 1.0F - wb - wc;
-  Surface surface;
-  surface.material = triangle.material;
-  surface.depth = hit.depth;
-  surface.face_T = hit.face_T;
-  surface.normal_T = normalized(wa * a.normal_T + wb * b.normal_T + wc * c.normal_T);
-  if (dot(surface.normal_T, surface.face_T) < 0.0F) surface.normal_T = -surface.normal_T;
-  surface.u = wa * a.u + wb * b.u + wc * c.u;
-  surface.v = wa * a.v + wb * b.v + wc * c.v;
-  surface.along_u_T = laid_[hit.triangle].along_u_T;
-  surface.per_metre = laid_[hit.triangle].per_metre;
-  return surface;
+  const Material& material = mesh_.materials[triangle.material];
+  const Laid& laid = laid_[hit.triangle];
+  const auto put = [i](Patches::Numbers& x, Patches::Numbers& y, Patches::Numbers& z, Vec3f value) {
+    x[i] = value.x;
+    y[i] = value.y;
+    z[i] = value.z;
+  };
+  put(patches.normal_x, patches.normal_y, patches.normal_z, wa * a.normal_T + wb * b.normal_T + wc * c.normal_T);
+  put(patches.face_x, patches.face_y, patches.face_z, hit.face_T);
+  put(patches.along_x, patches.along_y, patches.along_z, laid.along_u_T);
+  put(patches.viewer_x, patches.viewer_y, patches.viewer_z, to_viewer_T);
+  const float width = material.roughness * material.roughness;
+  patches.metallic[i] = material.metallic;
+  patches.emission[i] = material.emission;
+  patches.lit[i] = lit;
+  Texel texel;
+  if (const Texture* texture = textures_[triangle.material].get()) {
+    // The longer axis of the footprint grows with 1 / facing, the shorter does not: in between.
+    const float facing = std::max(dot(hit.face_T, to_viewer_T), 0.05F);
+    texel = texture->at(wa * a.u + wb * b.u + wc * c.u, wa * a.v + wb * b.v + wc * c.v,
+                        footprint * laid.per_metre / std::sqrt(facing));
+  }
+  patches.base[i] = std::min(material.base * texel.base(), 1.0F);
+  patches.alpha2[i] = width * width + texel.alpha2();
+  patches.tilt_u[i] = texel.tilt_u();
+  patches.tilt_v[i] = texel.tilt_v();
 }
 
 std::uint32_t MeshScene::blocked(const RayPacket& rays, bool is_coherent) const {

@@ -4,6 +4,7 @@
 #include <memory>
 #include <vector>
 
+#include "hil/render/lighting.hpp"
 #include "hil/render/mesh.hpp"
 #include "hil/render/texture.hpp"
 
@@ -53,18 +54,6 @@ struct Hit {
   Hit() {}  // NOLINT(modernize-use-equals-default): nothing is set, as trace() sets what counts
 };
 
-/// All that light needs to know of a place on the mesh.
-struct Surface {
-  std::uint32_t material = 0;
-  float depth = 0.0F;
-  Vec3f face_T;     ///< as in Hit
-  Vec3f normal_T;   ///< smoothed, on the side of face_T
-  Vec3f along_u_T;  ///< unit vector along the texture's u
-  float u = 0.0F;
-  float v = 0.0F;
-  float per_metre = 1.0F;  ///< texture coordinates a metre
-};
-
 /// Mesh and luminous balls, ready for rays (Embree). Throws InputError when a material's image cannot be read,
 /// std::runtime_error when Embree fails.
 class MeshScene {
@@ -76,15 +65,13 @@ class MeshScene {
 
   /// Unused rays meet nothing.
   void trace(const RayPacket& rays, std::array<Hit, RayPacket::size>& met) const;
-  /// Of a hit on a triangle.
-  [[nodiscard]] Surface surface_at(const Hit& hit) const;
+  /// Puts what light needs to know of a hit on a triangle into place `i`. `footprint`: of a pixel, m.
+  void describe(const Hit& hit, Vec3f to_viewer_T, float lit, float footprint, Patches& patches, std::size_t i) const;
   /// Bit i: something is in the way of ray i between 0 and its `longest`.
   [[nodiscard]] std::uint32_t blocked(const RayPacket& rays, bool is_coherent) const;
 
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
   [[nodiscard]] Vec3f face_T(std::uint32_t triangle) const { return facets_[triangle].face_T; }
-  /// Null: the material is plain.
-  [[nodiscard]] const Texture* texture(std::uint32_t material) const { return textures_[material].get(); }
   [[nodiscard]] Ball bounds() const { return bounds_; }  ///< around all
 
  private:

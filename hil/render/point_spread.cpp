@@ -4,16 +4,12 @@
 #include <array>
 #include <cmath>
 
+#include "hil/render/any_width.hpp"
+
 namespace relnav::hil {
 namespace {
 
 constexpr std::uint32_t coarse = 4;  // pixels of the image along one of the halo's grid
-
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-#define RELNAV_ANY_WIDTH [[gnu::target_clones("avx2", "default")]]
-#else
-#define RELNAV_ANY_WIDTH
-#endif
 
 /// From its centre outward, cut at four sigma; sums to `share` with its mirror image.
 std::vector<float> half_kernel(double sigma, double share) {

@@ -20,7 +20,7 @@ struct Materials {
 
 Materials add_materials(MeshBuilder& b) {
   Materials m{};
-  m.foil = b.add_material({"foil", 0.85F, 0.9F, 0.55F, 0.0F, Pattern::foil, {}});
+  m.foil = b.add_material({"foil", 0.9F, 0.9F, 0.46F, 0.0F, Pattern::foil, {}});
   m.dark_foil = b.add_material({"black_foil", 0.16F, 0.2F, 0.5F, 0.0F, Pattern::foil, {}});
   m.white = b.add_material({"white_paint", 0.75F, 0.0F, 0.7F, 0.0F, Pattern::panel, {}});
   m.black = b.add_material({"black_paint", 0.05F, 0.0F, 0.5F, 0.0F, Pattern::plain, {}});

@@ -154,12 +154,6 @@ struct SceneRenderer::State {
   [[nodiscard]] std::size_t at(std::uint32_t u, std::uint32_t v) const {
     return static_cast<std::size_t>(v) * rays.width() + u;
   }
-  [[nodiscard]] float shade(const Hit& hit, const View& view, Vec3f toward_T, float lit, float angle) const {
-    if (hit.material == Hit::ball) return 0.0F;  // drawn apart: marker_lights.hpp
-    const Surface surface = scene.surface_at(hit);
-    return radiance_of(surface, scene.mesh().materials[surface.material], scene.texture(surface.material), view.light,
-                       -toward_T, lit, surface.depth * angle);
-  }
   static Vec3f off_surface(const Hit& hit) { return hit.p_T + (2e-4F + 1e-6F * hit.depth) * hit.face_T; }
 
   /// Whether any of its rays met something.
@@ -188,6 +182,17 @@ struct SceneRenderer::State {
       any = true;
     }
     const std::uint32_t shadowed = any ? scene.blocked(to_sun, true) : 0U;
+    Patches::Numbers radiance{};
+    if (any_hit) {
+      Patches patches{};
+      for (std::uint32_t i = 0; i < packet; ++i) {
+        if (met[i].material >= Hit::ball) continue;  // balls are drawn apart: marker_lights.hpp
+        const bool is_lit = to_sun.is_used[i] != 0 && (shadowed >> i & 1U) == 0U;
+        scene.describe(met[i], -Vec3f{query.toward_x[i], query.toward_y[i], query.toward_z[i]}, is_lit ? 1.0F : 0.0F,
+                       met[i].depth * rays.pixel_angle(u0 + i % 4, v0 + i / 4), patches, i);
+      }
+      shade(patches, views.of(v0).light, radiance);
+    }
     for (std::uint32_t i = 0; i < packet; ++i) {
       const std::uint32_t u = u0 + i % 4;
       const std::uint32_t v = v0 + i / 4;
@@ -201,8 +206,7 @@ struct SceneRenderer::State {
         s.triangle = hit.triangle;
         s.depth = hit.depth;
         const bool is_lit = to_sun.is_used[i] != 0 && (shadowed >> i & 1U) == 0U;
-        const Vec3f toward_T{query.toward_x[i], query.toward_y[i], query.toward_z[i]};
-        s.radiance = shade(hit, views.of(v), toward_T, is_lit ? 1.0F : 0.0F, rays.pixel_angle(u, v));
+        s.radiance = hit.material == Hit::ball ? 0.0F : radiance[i];
         if (to_sun.is_used[i] != 0) s.material |= Seen::faces_sun;
         if (is_lit) s.material |= Seen::lit;
       }
@@ -331,9 +335,25 @@ struct SceneRenderer::State {
     }
   };
 
+  /// Pieces of surface that wait for their light, and what of it goes where.
+  struct Waiting {
+    Patches patches{};
+    std::array<std::size_t, Patches::size> pixel;
+    std::array<float, Patches::size> share;
+    std::size_t count = 0;
+    const Lighting* light = nullptr;  // of any of them: from row to row the light hardly changes
+  };
+  void shade_waiting(Waiting& waiting) {
+    if (waiting.count == 0) return;
+    Patches::Numbers radiance;
+    shade(waiting.patches, *waiting.light, radiance);
+    for (std::size_t i = 0; i < waiting.count; ++i) now.values[waiting.pixel[i]] += waiting.share[i] * radiance[i];
+    waiting.count = 0;
+  }
+
   /// Pixels with all of `places`; as many of them at a time as fill a packet.
   void supersample(const Pixel* pixels, std::size_t count, const ViewOfRows& views,
-                   const std::vector<SamplePlace>& places) {
+                   const std::vector<SamplePlace>& places, Waiting& waiting) {
     const std::size_t rays_each = std::min(places.size(), packet);  // a divisor of packet
     std::array<Gathering, packet / 4> group;
     for (std::size_t g = 0; g < count; ++g) {
@@ -377,16 +397,20 @@ struct SceneRenderer::State {
     for (std::size_t g = 0; g < count; ++g) {
       Gathering& p = group[g];
       const std::size_t k = at(p.at.u, p.at.v);
-      float sum = p.missed * behind[k];
+      const float each = 1.0F / static_cast<float>(places.size());
+      now.values[k] = each * p.missed * behind[k];
       for (std::size_t c = 0; c < p.used; ++c) {
         Cluster& cluster = p.clusters[c];
         cluster.hit.p_T = (1.0F / cluster.rays) * cluster.hit.p_T;
         cluster.hit.weight_b /= cluster.same_triangle;
         cluster.hit.weight_c /= cluster.same_triangle;
-        sum += cluster.rays * shade(cluster.hit, *p.view, normalized(cluster.hit.p_T - p.view->camera_T),
-                                    cluster.lit / cluster.rays, rays.pixel_angle(p.at.u, p.at.v));
+        scene.describe(cluster.hit, normalized(p.view->camera_T - cluster.hit.p_T), cluster.lit / cluster.rays,
+                       cluster.hit.depth * rays.pixel_angle(p.at.u, p.at.v), waiting.patches, waiting.count);
+        waiting.pixel[waiting.count] = k;
+        waiting.share[waiting.count] = each * cluster.rays;
+        waiting.light = &p.view->light;
+        if (++waiting.count == Patches::size) shade_waiting(waiting);
       }
-      now.values[k] = sum / static_cast<float>(places.size());
     }
   }
 
@@ -394,19 +418,21 @@ struct SceneRenderer::State {
     if (!is_near_target(which)) return;
     const Tile& tile = tiles[which];
     const std::size_t at_a_time = packet / std::min(places.size(), packet);
-    std::array<Pixel, packet> waiting{};
+    std::array<Pixel, packet> pixels{};
     std::size_t count = 0;
+    Waiting waiting;
     for (std::uint32_t v = tile.v0; v < tile.v1; ++v) {
       const View& view = views.of(v);
       for (std::uint32_t u = tile.u0; u < tile.u1; ++u) {
         if (!rays.is_seen(u, v) || !(all || is_edge({u, v}, view))) continue;
-        waiting[count++] = {u, v};
+        pixels[count++] = {u, v};
         if (count < at_a_time) continue;
-        supersample(waiting.data(), count, views, places);
+        supersample(pixels.data(), count, views, places, waiting);
         count = 0;
       }
     }
-    if (count > 0) supersample(waiting.data(), count, views, places);
+    if (count > 0) supersample(pixels.data(), count, views, places, waiting);
+    shade_waiting(waiting);
   }
 
   /// Pixels that the target may fill.

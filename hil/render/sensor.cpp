@@ -4,16 +4,11 @@
 #include <cmath>
 #include <cstring>
 
+#include "hil/render/any_width.hpp"
 #include "hil/render/hash.hpp"
 
 namespace relnav::hil {
 namespace {
-
-#if defined(__x86_64__) && defined(__GNUC__) && !defined(__clang__) && !defined(__SANITIZE_ADDRESS__)
-#define RELNAV_ANY_WIDTH [[gnu::target_clones("avx2", "default")]]
-#else
-#define RELNAV_ANY_WIDTH
-#endif
 
 struct Conversion {
   float electrons;  // a unit of radiance

@@ -48,6 +48,8 @@ Status SimulatedCamera::start() {
     if (is_away()) return Status::device_lost;
   }
   streaming_ = true;
+  lost_ = false;
+  changed_from_ = next_;  // it is set up anew before it streams
   // What was exposed while nobody listened is gone.
   while (next_ < frames_.size() && due(next_) < clock_.simulated()) ++next_;
   return Status::ok;
@@ -87,7 +89,7 @@ std::shared_ptr<Image> SimulatedCamera::expose(std::size_t number) {
 }
 
 Status SimulatedCamera::acquire(Duration wait, hal::Frame& frame) {
-  if (is_away()) return Status::device_lost;
+  if (lost_) return Status::device_lost;
   if (!streaming_) return Status::not_configured;
   const auto slot = std::find_if(slots_.begin(), slots_.end(), [](const Slot& s) { return s.lease == 0; });
   if (slot == slots_.end()) return Status::no_capacity;
@@ -97,9 +99,8 @@ Status SimulatedCamera::acquire(Duration wait, hal::Frame& frame) {
   if (there != Status::ok) return there;
 
   const std::size_t number = next_;
-  if (const Fault* unplug = fault_at(FaultKind::unplug, number)) {
-    back_ = clock_.simulated() + Duration{static_cast<std::int64_t>(unplug->amount * 1e6)};
-    streaming_ = false;
+  if (const Fault* away = fault_at(FaultKind::unplug, number)) {
+    unplug(Duration{static_cast<std::int64_t>(away->amount * 1e6)});
     ++next_;
     return Status::device_lost;
   }
@@ -138,15 +139,21 @@ Status SimulatedCamera::release(const hal::Frame& frame) {
   return Status::ok;
 }
 
+void SimulatedCamera::unplug(Duration away) {
+  back_ = clock_.simulated() + away;
+  streaming_ = false;
+  lost_ = true;
+}
+
 Status SimulatedCamera::limits(hal::ExposureLimits& limits) {
-  if (is_away()) return Status::device_lost;
+  if (lost_) return Status::device_lost;
   if (!streaming_) return Status::not_configured;
   limits = exposure_limits;
   return Status::ok;
 }
 
 Status SimulatedCamera::set(const hal::Exposure& wanted, hal::Exposure& applied) {
-  if (is_away()) return Status::device_lost;
+  if (lost_) return Status::device_lost;
   if (!streaming_) return Status::not_configured;
   const bool inside = wanted.time >= exposure_limits.time_min && wanted.time <= exposure_limits.time_max &&
                       wanted.gain >= exposure_limits.gain_min && wanted.gain <= exposure_limits.gain_max;

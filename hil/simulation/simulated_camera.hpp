@@ -35,9 +35,15 @@ class SimulatedCamera final : public hal::Camera, public hal::ExposureControl, p
   Status stop() override;
   [[nodiscard]] std::uint32_t max_leases() const override { return static_cast<std::uint32_t>(slots_.size()); }
 
+  /// The device is away for so long of simulated time.
+  void unplug(Duration away);
+
   Status limits(hal::ExposureLimits& limits) override;
   /// In force from the frame after the next one: that one is being exposed.
   Status set(const hal::Exposure& wanted, hal::Exposure& applied) override;
+
+  /// What was set last.
+  [[nodiscard]] const hal::Exposure& commanded() const { return next_exposure_; }
 
   [[nodiscard]] std::size_t frames_listed() const override { return frames_.size(); }
   [[nodiscard]] std::size_t frames_done() const override;
@@ -69,7 +75,8 @@ class SimulatedCamera final : public hal::Camera, public hal::ExposureControl, p
   std::shared_ptr<Image> shown_;  ///< last one handed out
   std::size_t next_ = 0;
   bool streaming_ = false;
-  Time back_;  ///< when the unplugged device is there again
+  bool lost_ = false;  ///< until the next start()
+  Time back_;          ///< when the unplugged device is there again
   std::uint32_t last_lease_ = 0;
   ImageEntry last_;
   std::string problem_;

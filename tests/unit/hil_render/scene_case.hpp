@@ -1,5 +1,6 @@
 // Small scenes with known answers.
 #pragma once
+#include <Eigen/Geometry>
 #include <cmath>
 #include <cstring>
 #include <numbers>

@@ -15,6 +15,20 @@ using namespace relnav;
 using namespace relnav::hil;
 using namespace relnav::test;
 
+namespace {
+
+double area_of(const Mesh& mesh) {
+  double area = 0.0;
+  for (const Triangle& t : mesh.triangles) {
+    const Vec3f a = mesh.vertices[t.corners[0]].p_T;
+    area += 0.5 *
+            static_cast<double>(norm(cross(mesh.vertices[t.corners[1]].p_T - a, mesh.vertices[t.corners[2]].p_T - a)));
+  }
+  return area;
+}
+
+}  // namespace
+
 TEST_GROUP(RenderMeshFile) {
   Scratch scratch;
 
@@ -44,6 +58,8 @@ TEST(RenderMeshFile, AMissingBrokenOrEmptyMeshIsNamed) {
   check_named(scratch.path("empty.obj"));
   write(scratch.path("points.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\n");
   check_named(scratch.path("points.obj"));
+  write(scratch.path("lines.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nl 1 2 3\n");
+  check_named(scratch.path("lines.obj"));
   write(scratch.path("notes.txt"), "no mesh");
   check_named(scratch.path("notes.txt"));
   write(scratch.path("range.obj"), "v 0 0 0\nv 1 0 0\nv 0 1 0\nf 1 2 9\n");
@@ -88,6 +104,7 @@ TEST(RenderMeshFile, OurSatelliteSurvivesBeingWritten) {
   const Mesh again = load_mesh(scratch.path("s.obj"));
   CHECK(again.triangles.size() > mesh.triangles.size() * 99 / 100);
   DOUBLES_EQUAL(static_cast<double>(box.high_T.y), static_cast<double>(bounds_of(again).high_T.y), 1e-4);
+  DOUBLES_EQUAL(1.0, area_of(again) / area_of(mesh), 1e-3);
   CHECK_THROWS(InputError, write_obj(mesh, scratch.path("no/such/folder.obj")));
 }
 
