@@ -4,4 +4,5 @@ relnav_add_test_executable(NAME system_cli LABEL system TIMEOUT 240 SOURCES ${CM
 target_compile_definitions(test_system_cli PRIVATE RELNAV_TOOL="$<TARGET_FILE:relnav>"
                                                    RELNAV_SOURCE_DIR="${PROJECT_SOURCE_DIR}")
 add_dependencies(test_system_cli relnav)
+add_dependencies(sanitized_tests test_system_cli)
 set_tests_properties(system_cli PROPERTIES LABELS "system;sanitized")  # short: the sanitizers run it too
