@@ -1,11 +1,13 @@
-// yaml-cpp keeps what it looks up first, which CppUTest would call a leak of the test that happens to be the first.
+// yaml-cpp keeps what its scanner needs for the first time, which CppUTest would call a leak of the test that happens to be first.
 #include <yaml-cpp/yaml.h>
 
 namespace {
 
-const bool looked_up = YAML::Load("{a: {b: [1]}}")["a"]["b"][0].as<int>() == 1;
+const bool scanned =
+    YAML::Load("# all kinds of tokens\na:\n  - b: [1, -2.5e-3, x y]\n    c: {d: 'e', f: \"g\"}\nh: i\n")["a"][0]["b"][0]
+        .as<int>() == 1;
 
 }  // namespace
 
 /// For the linker only.
-bool yaml_is_warm() { return looked_up; }
+bool yaml_is_warm() { return scanned; }
