@@ -12,6 +12,7 @@ uses is not compiled), and decisions that clang leaves out."""
 import argparse
 import bisect
 import collections
+import concurrent.futures
 import json
 import os
 import pathlib
@@ -155,8 +156,9 @@ class Counts:
 
 def measure(root, executables, work):
     """Runs the executables. Counts of each file below root/fsw, and what went wrong."""
-    files, problems = collections.defaultdict(Counts), []
-    for executable in executables:
+    def counted(executable):
+        """What llvm-cov exports, and what went wrong."""
+        problems = []
         raw, data = work / f"{executable.name}.%m.profraw", work / f"{executable.name}.profdata"
         # %m: a process that forks, as tests of panic() do, adds to the same file.
         result = common.run([executable], env={**os.environ, "LLVM_PROFILE_FILE": str(raw)}, cwd=root)
@@ -166,13 +168,21 @@ def measure(root, executables, work):
         export = common.subprocess.run(["llvm-cov-19", "export", executable, "--instr-profile", data, "-sources", root / "fsw"],
                                        capture_output=True, text=True, check=False)
         if merged.returncode != 0 or export.returncode != 0:
-            return files, problems + [merged.stdout + export.stderr]
-        found = json.loads(export.stdout)["data"][0]
-        name = lambda path: str(pathlib.Path(path).relative_to(root))
-        for file in found["files"]:
-            files[name(file["filename"])].add_segments(file["segments"])
-        for function in found["functions"]:
-            files[name(function["filenames"][0])].add_function(function)
+            return None, problems + [merged.stdout + export.stderr]
+        return export.stdout, problems
+
+    files, problems = collections.defaultdict(Counts), []
+    name = lambda path: str(pathlib.Path(path).relative_to(root))
+    with concurrent.futures.ThreadPoolExecutor(max_workers=2) as pool:
+        for exported, wrong in pool.map(counted, executables):
+            problems += wrong
+            if exported is None:
+                return files, problems
+            found = json.loads(exported)["data"][0]
+            for file in found["files"]:
+                files[name(file["filename"])].add_segments(file["segments"])
+            for function in found["functions"]:
+                files[name(function["filenames"][0])].add_function(function)
     return files, problems
 
 
