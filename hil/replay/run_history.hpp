@@ -36,8 +36,15 @@ struct Snapshot {
   std::vector<app::FeatureReport> features;
 };
 
+/// An event packet, as a line of events.log has it.
+struct EventNote {
+  Time time;  ///< of the frame before which it was sent
+  std::string text;
+};
+
 struct RunHistory {
   std::vector<FrameRecord> frames;
+  std::vector<EventNote> events;
   std::vector<Snapshot> snapshots;
 };
 

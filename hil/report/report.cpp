@@ -116,6 +116,11 @@ Json truth_json(const RunHistory& history, const Evaluation& evaluation, const T
     const TimedPose* p = find(pose_at, r);
     return p != nullptr ? Vec3(p->t_CT + p->R_CT * evaluation.body_point->b_T) : nothing;
   });
+  json["nees"] = column(history, [&](const FrameRecord& r) {
+    const EpochError* e = find(error_at, r);
+    return e != nullptr && e->nees ? *e->nees : none;
+  });
+  if (evaluation.nees) json["nees_band"] = {number(evaluation.nees->epoch_low), number(evaluation.nees->epoch_high)};
   json["position_error"] = axes(history, [&](const FrameRecord& r) {
     const EpochError* e = find(error_at, r);
     return e != nullptr ? e->position : nothing;
@@ -152,10 +157,26 @@ Json snapshots_json(const RunHistory& history) {
   return list;
 }
 
+Json events_json(const RunHistory& history) {
+  const Time start = start_of(history);
+  Json list = Json::array();
+  for (const EventNote& event : history.events) list.push_back({number((event.time - start).seconds()), event.text});
+  return list;
+}
+
+Json figures_json(const std::vector<ReportFigure>& figures) {
+  const auto or_none = [](double value) { return value < 0.0 ? Json(nullptr) : number(value); };
+  Json list = Json::array();
+  for (const ReportFigure& f : figures)
+    list.push_back({f.name, number(f.reached), or_none(f.paper), or_none(f.must), or_none(f.goal)});
+  return list;
+}
+
 }  // namespace
 
 std::string report_html(const RunDescription& description, const ReplayOutcome& outcome, const RunHistory& history,
-                        const Evaluation* evaluation, const Trajectory* truth) {
+                        const Evaluation* evaluation, const Trajectory* truth,
+                        const std::vector<ReportFigure>& figures) {
   const bool judged = evaluation != nullptr && evaluation->body_point && truth != nullptr;
   const double scale = judged ? evaluation->body_point->scale : 1.0;
   Json data;
@@ -164,6 +185,8 @@ std::string report_html(const RunDescription& description, const ReplayOutcome& 
   data["estimate"] = estimate_json(history, scale);
   data["truth"] = judged ? truth_json(history, *evaluation, *truth) : Json(nullptr);
   data["snapshots"] = snapshots_json(history);
+  data["events"] = events_json(history);
+  data["figures"] = figures_json(figures);
   return page_html("relnav: " + description.dataset, data.dump(), PageKind::run);
 }
 

@@ -1,4 +1,5 @@
 #include <chrono>
+#include <cmath>
 #include <cstdio>
 #include <filesystem>
 #include <memory>
@@ -67,7 +68,7 @@ RunDescription description_of(const SimulationScenario& scenario, const Simulati
 }
 
 void write_files(const SimOptions& o, const SimulationScenario& scenario, const SimulationPlan& plan,
-                 const ReplayOutcome& outcome, const RunHistory& history) {
+                 const ReplayOutcome& outcome, const RunHistory& history, const RunVerdict& verdict) {
   const RunDescription description = description_of(scenario, plan);
   const bool unknown = scenario.navigation == app::NavigationKind::noncoop;
   const auto evaluation = evaluate_run(history, plan.truth_at_stamps, unknown ? AlignMode::start : AlignMode::none);
@@ -76,7 +77,14 @@ void write_files(const SimOptions& o, const SimulationScenario& scenario, const 
   truth.line(trajectory_header);
   for (const TimedPose& pose : plan.truth_at_stamps) truth.line(trajectory_line(pose));
   OutputFile(o.out + "/summary.json").write(summary_json(description, outcome, history, judged));
-  OutputFile(o.out + "/report.html").write(report_html(description, outcome, history, judged, &plan.truth_at_stamps));
+  std::vector<ReportFigure> figures;
+  for (const ReferenceFigure& f : scenario.reference) {
+    const auto reached = verdict.figures.find(f.name);
+    figures.push_back(
+        {f.name, reached == verdict.figures.end() ? std::nan("") : reached->second, f.paper, f.must, f.goal});
+  }
+  OutputFile(o.out + "/report.html")
+      .write(report_html(description, outcome, history, judged, &plan.truth_at_stamps, figures));
 }
 
 int run(const SimOptions& o) {
@@ -90,13 +98,16 @@ int run(const SimOptions& o) {
   if (!o.tlm.empty()) link.add_udp(o.tlm);
   Simulation simulation(scenario, image_makers(), o.rate == "real", link);
 
+  RunHistory history;
   std::optional<RunFiles> files;
   if (!o.out.empty()) {
     prepare_run_folder(o.out, o.force);
     files.emplace(o.out);
     link.open(o.out + "/telemetry.bin", [&](std::span<const std::uint8_t> packet) {
       const std::string line = event_log_line(packet, telemetry::PacketConfig{});
-      if (!line.empty()) files->add_event(line);
+      if (line.empty()) return;
+      files->add_event(line);
+      history.events.push_back({history.frames.empty() ? Time{simulation_start_ns} : history.frames.back().time, line});
     });
   }
   std::optional<SimulatedCapture> capture;
@@ -107,7 +118,6 @@ int run(const SimOptions& o) {
   }
 
   catch_interrupts();
-  RunHistory history;
   Progress progress;
   const ReplayOutcome outcome =
       run_replay(simulation.driver(), simulation.cameras(), files ? &*files : nullptr, history,
@@ -123,7 +133,7 @@ int run(const SimOptions& o) {
   const bool whole = outcome.end != ReplayOutcome::End::interrupted;
   const std::string result = result_json(scenario, {o.run}, verdict, wall_s);
   if (!o.out.empty()) {
-    write_files(o, scenario, simulation.plan(), outcome, history);
+    write_files(o, scenario, simulation.plan(), outcome, history, verdict);
     OutputFile(o.out + "/result.json").write(result);
   }
   if (!o.result.empty() && whole) write_atomically(o.result, result);

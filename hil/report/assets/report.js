@@ -44,6 +44,17 @@
     if (e.nees && e.nees.epochs > 0) tile(`attitude NEES, mean (band ${round(e.nees.mean_band_95[0])} to ${round(e.nees.mean_band_95[1])})`, round(e.nees.mean));
   }
   main.append(tiles);
+  if (data.figures.length > 0) {
+    main.append(element("h2", {}, "Figures held against"));
+    const table = element("table", { class: "figures" });
+    const row = (cells, tag = "td") => { const r = element("tr"); cells.forEach((c) => r.append(c instanceof Node ? c : element(tag, {}, c))); table.append(r); };
+    row(["figure", "reached", "paper", "must", "goal"], "th");
+    for (const [name, reached, paper, must, goal] of data.figures) {
+      const kept = must === null || (reached !== null && reached <= must);
+      row([name, element("td", { class: kept ? "good" : "bad" }, round(reached)), round(paper), round(must), round(goal)]);
+    }
+    main.append(table);
+  }
 
   // Plots
   const plots = [];
@@ -110,6 +121,11 @@
     const scaled = truth ? ` Scaled by the fitted ${round(data.scale, 4)}.` : "";
     against(s, "Position, m", `Target in the camera.${scaled} Band: 3σ.${withTruth}`, estimate.position, estimate.position_3sigma, truth && truth.position);
     if (truth) error(s, "Position error, m", "Truth minus estimate, one scale and one body point fitted. Dashed: 3σ.", truth.position_error, estimate.position_3sigma);
+    if (truth && truth.nees && truth.nees.some((v) => v !== null)) {
+      const band = truth.nees_band || [null, null], level = (v) => t.map(() => v), thin = { dash: [4, 4], width: 1 };
+      plot(s, "NEES", "Normalised estimation error squared, one epoch at a time. Dashed: 95 % band of an honest covariance.",
+        [line("NEES", "#7b4fa3"), line("band", "#1d2733", thin), line("", "#1d2733", { ...thin, class: "bound" })], [truth.nees, level(band[0]), level(band[1])]);
+    }
     plot(s, "Test ratio", "Normalised innovation squared over its 99 % bound; above 1 the measurements contradict the filter.",
       [line("test ratio", "#7b4fa3")], [estimate.test_ratio]);
   }
@@ -126,6 +142,68 @@
     const modes = ["STANDBY", "ACQUIRE", "TRACK", "LOST"];
     const seen = [...new Set(estimate.mode.filter((m) => m !== null))];
     if (seen.length > 1) plot(s, "Mode", modes.map((m, i) => `${i} ${m}`).join(" · "), [line("mode", "#1d2733", { value: (u, v) => modes[v] ?? "–" })], [estimate.mode], { range: [-0.2, 3.2] });
+  }
+  if (data.events.length > 0) {
+    main.append(element("h2", {}, "Events"));
+    const kinds = [...new Set(data.events.map(([, text]) => text.split(/\s+/)[4]))];
+    const end = Math.max(...t.filter((v) => v !== null), 1e-9), width = 1000, left = 190, high = 20;
+    const chart = svg("svg", { viewBox: `0 0 ${width} ${high * (kinds.length + 1)}`, class: "events" });
+    kinds.forEach((kind, k) => {
+      const name = svg("text", { x: 0, y: high * (k + 0.7), "font-size": 12, fill: "#1d2733" });
+      name.append(kind);
+      chart.append(name, svg("line", { x1: left, x2: width, y1: high * (k + 0.5), y2: high * (k + 0.5), stroke: "#dfe5eb" }));
+    });
+    for (const [time, text] of data.events) {
+      const kind = text.split(/\s+/)[4];
+      const dot = svg("circle", { cx: left + ((width - left - 8) * Math.max(0, time)) / end, cy: high * (kinds.indexOf(kind) + 0.5), r: 4, fill: "#3066be" });
+      const title = svg("title");
+      title.append(`${time.toFixed(2)} s  ${text}`);
+      dot.append(title);
+      chart.append(dot);
+    }
+    const foot = svg("text", { x: left, y: high * (kinds.length + 0.7), "font-size": 12, fill: "#5c6b7a" });
+    foot.append(`0 to ${round(end)} s`);
+    chart.append(foot);
+    main.append(element("div", { class: "card" }, chart));
+  }
+
+  // The target's way in the camera's frame; the mouse turns it.
+  if (summary.poses > 1) {
+    main.append(element("h2", {}, "Relative trajectory"));
+    const canvas = element("canvas", { width: 900, height: 420 });
+    main.append(element("div", { class: "card" }, element("p", {}, "Origin of the target frame in the camera frame (x right, y down, z ahead). Solid: estimate; dashed: truth. Drag to turn."), canvas));
+    const ways = [[estimate.position, "#3066be", []]];
+    if (truth) ways.push([truth.position, "#1d2733", [6, 5]]);
+    const points = ways.flatMap(([p]) => p[0].map((x, i) => [x, p[1][i], p[2][i]])).filter((p) => p.every((v) => v !== null));
+    points.push([0, 0, 0]);
+    const low = [0, 1, 2].map((a) => Math.min(...points.map((p) => p[a]))), top = [0, 1, 2].map((a) => Math.max(...points.map((p) => p[a])));
+    const middle = low.map((v, a) => (v + top[a]) / 2), size = Math.max(...low.map((v, a) => top[a] - v), 1e-9);
+    let yaw = -0.7, pitch = 0.4;
+    const draw = () => {
+      const g = canvas.getContext("2d"), zoom = 380 / size / 1.2;
+      g.clearRect(0, 0, canvas.width, canvas.height);
+      const at = (p) => {
+        const [x, y, z] = p.map((v, a) => v - middle[a]);
+        const u = x * Math.cos(yaw) + z * Math.sin(yaw), w = -x * Math.sin(yaw) + z * Math.cos(yaw);
+        return [450 + zoom * u, 210 + zoom * (y * Math.cos(pitch) - w * Math.sin(pitch))];
+      };
+      const stroke = (list, colour, dash, thick) => {
+        g.beginPath(); g.strokeStyle = colour; g.setLineDash(dash); g.lineWidth = thick;
+        list.forEach((p, i) => (i === 0 ? g.moveTo(...at(p)) : g.lineTo(...at(p))));
+        g.stroke();
+      };
+      const arrow = size / 6;
+      axisColours.forEach((c, a) => {
+        const tip = [0, 0, 0];
+        tip[a] = arrow;
+        stroke([[0, 0, 0], tip], c, [], 2);
+        g.fillStyle = c; g.font = "12px system-ui"; g.fillText(axisNames[a], ...at(tip));
+      });
+      g.fillStyle = "#1d2733"; g.fillText("camera", at([0, 0, 0])[0] + 6, at([0, 0, 0])[1] + 14);
+      for (const [p, colour, dash] of ways) stroke(p[0].map((x, i) => [x, p[1][i], p[2][i]]).filter((q) => q.every((v) => v !== null)), colour, dash, 1.8);
+    };
+    canvas.addEventListener("pointermove", (e) => { if (e.buttons) { yaw += e.movementX / 150; pitch += e.movementY / 150; draw(); } });
+    draw();
   }
   addEventListener("resize", () => plots.forEach(([chart, card]) => chart.setSize({ width: card.clientWidth - 30, height: 230 })));
 

@@ -1,0 +1,155 @@
+// Whole runs without images: repeatable, judged against their truth, and lost where there is nothing to see.
+#include <nlohmann/json.hpp>
+
+#include "hil/replay/telemetry_link.hpp"
+#include "hil/simulation/run_verdict.hpp"
+#include "hil/simulation/simulation.hpp"
+#include "tests/support/scratch.hpp"
+
+using namespace relnav;
+using namespace relnav::hil;
+using relnav::test::Scratch;
+
+namespace {
+
+/// Keeps what is sent.
+class Packets final : public hal::PacketLink {
+ public:
+  Status send(std::span<const std::uint8_t> packet) override {
+    bytes.insert(bytes.end(), packet.begin(), packet.end());
+    return Status::ok;
+  }
+  [[nodiscard]] std::uint32_t max_packet_bytes() const override { return 1400; }
+  std::vector<std::uint8_t> bytes;
+};
+
+struct Flown {
+  SimulationScenario scenario;
+  ReplayOutcome outcome;
+  RunHistory history;
+  RunVerdict verdict;
+  std::vector<std::uint8_t> telemetry;
+};
+
+const std::string scenarios = std::string(RELNAV_SOURCE_DIR) + "/hil/scenarios/";
+
+/// A camera that makes plain images, for what does not depend on what they show.
+class PlainMaker final : public ImageMaker {
+ public:
+  PlainMaker(std::uint32_t width_px, std::uint32_t height_px) : width_px_(width_px), height_px_(height_px) {}
+  void make(const SceneState&, std::uint32_t frame, const hal::Exposure&, Image& image) override {
+    image = {width_px_, height_px_, 1, std::vector<std::uint8_t>(std::size_t{width_px_} * height_px_)};
+    image.bytes[frame] = 255;
+  }
+
+ private:
+  std::uint32_t width_px_, height_px_;
+};
+
+Flown fly(const SimulationScenario& scenario) {
+  Flown flown;
+  flown.scenario = scenario;
+  Packets packets;
+  const ImageMakerFactory makers = [](const SimulationScenario&, const CameraModel& camera, std::uint64_t) {
+    const CameraIntrinsics& k = camera.intrinsics();
+    return std::make_unique<PlainMaker>(static_cast<std::uint32_t>(k.width_px),
+                                        static_cast<std::uint32_t>(k.height_px));
+  };
+  Simulation simulation(scenario, makers, false, packets);
+  flown.outcome = run_replay(simulation.driver(), simulation.cameras(), nullptr, flown.history,
+                             [](std::size_t, std::size_t, const app::StepReport&) { return true; });
+  flown.verdict = judge_run(scenario, flown.outcome, flown.history, simulation.plan().truth_at_stamps);
+  flown.telemetry = packets.bytes;
+  return flown;
+}
+
+SimulationScenario scenario_of(const std::string& name, std::uint64_t run = 0) {
+  return read_scenario(scenarios + name + ".yaml", {run});
+}
+
+}  // namespace
+
+TEST_GROUP(Simulation) { Scratch scratch; };
+
+TEST(Simulation, Table1ReachesTheBoundOnEachAxis) {
+  const Flown flown = fly(scenario_of("table1"));
+  CHECK_TRUE(flown.verdict.end == RunEnd::tracked);
+  LONGS_EQUAL(1201, flown.verdict.poses);
+  for (const char* axis : {"x", "y", "z", "rx", "ry", "rz"}) {
+    const double ratio = flown.verdict.figures.at(std::string("rms_over_sigma_") + axis);
+    CHECK_TRUE(ratio > 0.94 && ratio <= 1.05);
+  }
+  CHECK_TRUE(flown.verdict.figures.at("nees_mean") > 5.6 && flown.verdict.figures.at("nees_mean") < 6.4);
+}
+
+TEST(Simulation, OneSeedOneResultToTheByte) {
+  const Flown first = fly(scenario_of("spin_features", 3));
+  const Flown again = fly(scenario_of("spin_features", 3));
+  const Flown other = fly(scenario_of("spin_features", 4));
+  CHECK_TRUE(first.telemetry == again.telemetry);
+  CHECK_TRUE(first.telemetry != other.telemetry);
+  const std::string a = result_json(first.scenario, {3}, first.verdict, 1.0);
+  const std::string b = result_json(again.scenario, {3}, again.verdict, 1.0);
+  STRCMP_EQUAL(a.c_str(), b.c_str());
+  const auto json = nlohmann::json::parse(a);
+  for (const char* key : {"scenario", "scenario_crc", "version", "run", "seed", "outcome", "problem", "frames", "poses",
+                          "invalid_flagged_valid", "figures", "nees", "dispersed", "wall_s"})
+    CHECK_TRUE(json.contains(key));
+}
+
+TEST(Simulation, ASpinWithoutImagesIsFollowed) {
+  const Flown flown = fly(scenario_of("spin_features"));
+  CHECK_TRUE(flown.verdict.end == RunEnd::tracked);
+  CHECK_TRUE(flown.verdict.figures.at("angle_error_percent") < 1.0);
+}
+
+TEST(Simulation, AWrongPoseCalledValidIsCounted) {
+  // A focal length that is 10 % off makes every range wrong, which no covariance knows.
+  SimulationScenario scenario = scenario_of("stereo");
+  scenario.calibration_error.fu_px = 400.0;
+  scenario.calibration_error.fv_px = 400.0;
+  const Flown flown = fly(scenario);
+  CHECK_TRUE(flown.verdict.end == RunEnd::wrong_pose);
+  CHECK_TRUE(flown.verdict.wrong_poses > 40);
+  CHECK_TRUE(flown.verdict.problem.find("wrong poses called valid") != std::string::npos);
+}
+
+TEST(Simulation, OutliersAndMissesDoNotBreakTheTrack) {
+  SimulationScenario scenario = scenario_of("table1");
+  scenario.features.outlier_share = 0.05;
+  scenario.features.missed_share = 0.05;
+  const Flown flown = fly(scenario);
+  CHECK_TRUE(flown.verdict.wrong_poses <= 3);
+  CHECK_TRUE(flown.verdict.figures.at("poses_percent") > 85.0);
+}
+
+TEST(Simulation, FlyingBlindIsNoPose) {
+  const std::string path =
+      scratch.write("blind.yaml",
+                    "mode: noncoop\nduration_s: 3\nrate_hz: 10\ncamera: {width_px: 320, height_px: "
+                    "240, fu_px: 400}\nmotion: {chaser: {range_m: 8}}\n");
+  const Flown flown = fly(read_scenario(path));
+  CHECK_TRUE(flown.verdict.end == RunEnd::no_pose);
+  LONGS_EQUAL(31, flown.verdict.frames);
+  CHECK_TRUE(exit_status_of(flown.outcome) == 1);
+}
+
+TEST(Simulation, AHandOverChangesTheEstimatorAtItsTime) {
+  scratch.write("t.yaml",
+                "frame: T\nfeatures:\n  - {id: 0, xyz: [0, 0, 0]}\n  - {id: 1, xyz: [1, 0, 0]}\n"
+                "  - {id: 2, xyz: [0, 1, 0]}\n  - {id: 3, xyz: [0, 0, 1]}\n");
+  const std::string path =
+      scratch.write("h.yaml",
+                    "mode: noncoop\nduration_s: 3\nrate_hz: 10\ntarget: t.yaml\ncamera: {width_px: "
+                    "320, height_px: 240, fu_px: 400}\nmotion: {chaser: {range_m: 8}}\n"
+                    "handover: {at_s: 1.5, mode: coop-mono}\n");
+  const Flown flown = fly(read_scenario(path));
+  // Stopped, and started anew: two changes of mode in the middle of the run.
+  const Flown without = fly([&] {
+    SimulationScenario s = read_scenario(path);
+    s.handover.at_s = -1.0;
+    return s;
+  }());
+  CHECK_TRUE(flown.telemetry.size() != without.telemetry.size());
+  LONGS_EQUAL(31, flown.verdict.frames);
+}
