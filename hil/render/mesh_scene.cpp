@@ -8,6 +8,7 @@
 #include <cstring>
 #include <map>
 #include <mutex>
+#include <numeric>
 #include <stdexcept>
 #include <string>
 
@@ -79,6 +80,63 @@ void copy_rays(const RayPacket& from, RTCRay8& to) {
   }
 }
 
+/// For each triangle a number that it shares with those that it shares corners with, directly or through others
+/// (union-find, Tarjan, JACM 22(2), 1975).
+std::vector<std::uint32_t> smooth_pieces(const Mesh& mesh) {
+  std::vector<std::uint32_t> parent(mesh.vertices.size());
+  std::iota(parent.begin(), parent.end(), 0U);
+  const auto root = [&](std::uint32_t i) {
+    while (parent[i] != i) i = parent[i] = parent[parent[i]];
+    return i;
+  };
+  for (const Triangle& t : mesh.triangles) {
+    for (const std::uint32_t corner : t.corners) parent[root(corner)] = root(t.corners[0]);
+  }
+  std::vector<std::uint32_t> pieces;
+  for (const Triangle& t : mesh.triangles) pieces.push_back(root(t.corners[0]));
+  return pieces;
+}
+
+/// Balls around triangles `first` .. `last` of `order`, which is split at the median of the longer axis until `depth` is 0.
+void add_parts(const Mesh& mesh, std::vector<std::uint32_t>& order, std::size_t first, std::size_t last, int depth,
+               std::vector<Ball>& parts) {
+  if (first == last) return;
+  Vec3f low{1e30F, 1e30F, 1e30F};
+  Vec3f high{-1e30F, -1e30F, -1e30F};
+  const auto corners = [&](std::size_t k, auto&& visit) {
+    for (const std::uint32_t corner : mesh.triangles[order[k]].corners) visit(mesh.vertices[corner].p_T);
+  };
+  for (std::size_t k = first; k < last; ++k) {
+    corners(k, [&](Vec3f p) {
+      low = {std::min(low.x, p.x), std::min(low.y, p.y), std::min(low.z, p.z)};
+      high = {std::max(high.x, p.x), std::max(high.y, p.y), std::max(high.z, p.z)};
+    });
+  }
+  if (depth == 0 || last - first < 8) {
+    Ball ball{0.5F * (low + high), 0.0F};
+    for (std::size_t k = first; k < last; ++k) {
+      corners(k, [&](Vec3f p) { ball.radius = std::max(ball.radius, norm(p - ball.centre_T)); });
+    }
+    parts.push_back(ball);
+    return;
+  }
+  const Vec3f size = high - low;
+  const auto along = [&](std::uint32_t triangle) {
+    float sum = 0.0F;
+    for (const std::uint32_t corner : mesh.triangles[triangle].corners) {
+      const Vec3f p = mesh.vertices[corner].p_T;
+      sum += size.x >= size.y && size.x >= size.z ? p.x : size.y >= size.z ? p.y : p.z;
+    }
+    return sum;
+  };
+  const std::size_t middle = first + (last - first) / 2;
+  const auto at = [&](std::size_t k) { return order.begin() + static_cast<std::ptrdiff_t>(k); };
+  std::nth_element(at(first), at(middle), at(last),
+                   [&](std::uint32_t a, std::uint32_t b) { return along(a) < along(b); });
+  add_parts(mesh, order, first, middle, depth - 1, parts);
+  add_parts(mesh, order, middle, last, depth - 1, parts);
+}
+
 }  // namespace
 
 MeshScene::MeshScene(Mesh mesh, const std::vector<Ball>& balls)
@@ -133,6 +191,11 @@ MeshScene::MeshScene(Mesh mesh, const std::vector<Ball>& balls)
   rtcCommitScene(embree_->scene);
   if (rtcGetDeviceError(embree_->device) != RTC_ERROR_NONE) throw std::runtime_error("Embree cannot take the mesh");
 
+  pieces_ = smooth_pieces(mesh_);
+  std::vector<std::uint32_t> order(mesh_.triangles.size());
+  std::iota(order.begin(), order.end(), 0U);
+  add_parts(mesh_, order, 0, order.size(), 5, parts_);
+  parts_.insert(parts_.end(), balls.begin(), balls.end());
   const Bounds box = bounds_of(mesh_);
   bounds_.centre_T = 0.5F * (box.low_T + box.high_T);
   for (const Vertex& vertex : mesh_.vertices) {

@@ -72,7 +72,11 @@ class MeshScene {
 
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
   [[nodiscard]] Vec3f face_T(std::uint32_t triangle) const { return facets_[triangle].face_T; }
+  /// Piece of surface without a crease: triangles that share corners.
+  [[nodiscard]] std::uint32_t smooth_piece(std::uint32_t triangle) const { return pieces_[triangle]; }
   [[nodiscard]] Ball bounds() const { return bounds_; }  ///< around all
+  /// Some thirty, which hold all between them.
+  [[nodiscard]] const std::vector<Ball>& parts() const { return parts_; }
 
  private:
   struct Embree;
@@ -89,7 +93,9 @@ class MeshScene {
   };
   std::vector<Facet> facets_;  // of each triangle: what every ray needs, apart
   std::vector<Laid> laid_;
+  std::vector<std::uint32_t> pieces_;
   Ball bounds_;
+  std::vector<Ball> parts_;
 };
 
 }  // namespace relnav::hil

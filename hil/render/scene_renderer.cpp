@@ -224,16 +224,19 @@ struct SceneRenderer::State {
         behind[k] = has_sky && rays.is_seen(u, v) ? sky.radiance(rays.centre(u, v)) : 0.0F;
       }
     }
-    const Ball bounds = scene.bounds();
-    const auto meets = [&](const View& view) {
-      const Vec3f to_centre_C = to_float(Vec3(view.state.R_CT * to_double(bounds.centre_T) + view.state.t_CT));
+    const auto meets = [&](const View& view, const Ball& ball) {
+      const Vec3f to_centre_C = to_float(Vec3(view.state.R_CT * to_double(ball.centre_T) + view.state.t_CT));
       const float distance = norm(to_centre_C);
-      if (distance <= bounds.radius) return true;
+      if (distance <= ball.radius) return true;
       const float angle = std::acos(std::clamp(dot(tile.axis_C, to_centre_C) / distance, -1.0F, 1.0F));
-      return angle < tile.half_angle + std::asin(bounds.radius / distance);
+      return angle < tile.half_angle + std::asin(ball.radius / distance);
+    };
+    const auto meets_any = [&](const View& view) {
+      return meets(view, scene.bounds()) && std::any_of(scene.parts().begin(), scene.parts().end(),
+                                                        [&](const Ball& part) { return meets(view, part); });
     };
     shows_target[which] = 0;
-    if (tile.is_seen && (meets(views.of(tile.v0)) || meets(views.of(tile.v1 - 1)))) {
+    if (tile.is_seen && (meets_any(views.of(tile.v0)) || (views.is_rolling() && meets_any(views.of(tile.v1 - 1))))) {
       for (std::uint32_t v = tile.v0; v < tile.v1; v += 2) {
         for (std::uint32_t u = tile.u0; u < tile.u1; u += 4) {
           if (trace_block(views, u, v, tile)) shows_target[which] = 1;
@@ -272,9 +275,12 @@ struct SceneRenderer::State {
     if (a.material == Hit::nothing || a.triangle == b.triangle) return false;
     if ((a.material & ~(Seen::lit | Seen::faces_sun)) == Hit::ball) return false;
     const Vec3f face_T = scene.face_T(a.triangle);
-    if (std::fabs(dot(face_T, scene.face_T(b.triangle))) < 0.966F) return true;
+    // Facets of something round are no edges; what of it stands before another part of it is.
+    const bool is_smooth = scene.smooth_piece(a.triangle) == scene.smooth_piece(b.triangle);
+    if (!is_smooth && std::fabs(dot(face_T, scene.face_T(b.triangle))) < 0.966F) return true;
     const Vec3f between_C = b.depth * rays.centre(q.u, q.v) - a.depth * rays.centre(p.u, p.v);
-    return std::fabs(dot(face_T, view.R_TC * between_C)) > 0.5F * a.depth * rays.pixel_angle(p.u, p.v);
+    return std::fabs(dot(face_T, view.R_TC * between_C)) >
+           (is_smooth ? 3.0F : 0.5F) * a.depth * rays.pixel_angle(p.u, p.v);
   }
   [[nodiscard]] bool is_edge(Pixel p, const View& view) const {
     return (p.u > 0 && differ(p, {p.u - 1, p.v}, view)) ||

@@ -154,11 +154,12 @@ Texel label_texel(float u, float v) {
   if (margin > 0.018F) {
     const bool is_title = y < 0.07F;
     const float dot = is_title ? 0.006F : 0.0025F;
+    const float top = is_title ? 0.020F : 0.075F;
     const auto i = static_cast<std::uint32_t>((x - 0.018F) / dot);
-    const auto j = static_cast<std::uint32_t>((y - (is_title ? 0.020F : 0.075F)) / dot);
+    const auto j = static_cast<std::uint32_t>(std::max(y - top, 0.0F) / dot);
     const std::uint32_t letter = hashed(plate, (i / 6U) * 64U + j / 9U + (is_title ? 7U : 0U));
     const bool is_ink = i % 6U < 5U && j % 9U < 7U && (hashed(letter, (i % 6U) * 8U + j % 9U) & 1U) != 0U;
-    if (is_ink && y > 0.020F) t.values[0] = 0.06F;
+    if (is_ink && y > top) t.values[0] = 0.06F;
   }
   return t;
 }
