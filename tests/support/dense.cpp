@@ -83,9 +83,13 @@ double mahalanobis_squared(const VectorXd& d, const MatrixXd& P) {
 }
 
 VectorXd eigenvalues_of(const MatrixXd& symmetric) {
-  // Jacobi's rotations, in sweeps.
+  // Jacobi's rotations, in sweeps. Elements of about 1: a product of two stays in the range of numbers.
   MatrixXd A = symmetric;
   const Index n = A.rows();
+  double largest = 0.0;
+  for (Index i = 0; i < A.size(); ++i) largest = std::max(largest, std::fabs(A.data()[i]));
+  const int exponent = largest > 0.0 && std::isfinite(largest) ? std::ilogb(largest) : 0;
+  for (Index i = 0; i < A.size(); ++i) A.data()[i] = std::scalbn(A.data()[i], -exponent);
   bool turned = true;
   for (int sweep = 0; turned && sweep < 60; ++sweep) {
     turned = false;
@@ -108,7 +112,7 @@ VectorXd eigenvalues_of(const MatrixXd& symmetric) {
     }
   }
   VectorXd values(n);
-  for (Index i = 0; i < n; ++i) values(i) = A(i, i);
+  for (Index i = 0; i < n; ++i) values(i) = std::scalbn(A(i, i), exponent);
   std::sort(values.data(), values.data() + n);
   return values;
 }
