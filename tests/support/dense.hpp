@@ -1,8 +1,13 @@
 #pragma once
-// Eigen's decompositions for the tests, compiled once: each costs every file that names it several seconds.
+// Decompositions for the tests in plain loops: Eigen's cost every file that names one several seconds.
 #include "fsw/math/types.hpp"
 
 namespace relnav::test {
+
+Eigen::MatrixXd product(const Eigen::MatrixXd& A, const Eigen::MatrixXd& B);
+
+/// A P A'.
+Eigen::MatrixXd congruence(const Eigen::MatrixXd& A, const Eigen::MatrixXd& P);
 
 /// d' P^-1 d.
 double mahalanobis_squared(const Eigen::VectorXd& d, const Eigen::MatrixXd& P);
@@ -16,7 +21,15 @@ Eigen::MatrixXd orthogonal_of(const Eigen::MatrixXd& A);
 /// x of A x = b for symmetric A.
 Eigen::MatrixXd solve_symmetric(const Eigen::MatrixXd& A, const Eigen::MatrixXd& b);
 
-/// x that makes |A x - b| least.
+/// x that makes |A x - b| least. A has full rank.
 Eigen::VectorXd solve_least_squares(const Eigen::MatrixXd& A, const Eigen::VectorXd& b);
+
+struct SingularVectors {
+  Eigen::MatrixXd U;  ///< as many columns as A; zero where the singular value is
+  Eigen::MatrixXd V;
+};
+
+/// A = U S V', singular values falling. A has no more columns than rows.
+SingularVectors singular_vectors_of(const Eigen::MatrixXd& A);
 
 }  // namespace relnav::test

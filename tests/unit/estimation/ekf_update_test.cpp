@@ -91,11 +91,11 @@ TEST(EkfUpdates, update_is_the_textbooks) {
       const MatrixXd H = dense_H();
       const MatrixXd R = dense_R();
       const VectorXd nu = dense_nu();
-      const MatrixXd S = H * P * H.transpose() + R;
-      const MatrixXd K = test::solve_symmetric(S, H * P).transpose();
-      const VectorXd x = states_of(state) + K * nu;
-      const MatrixXd I_KH = MatrixXd::Identity(P.rows(), P.rows()) - K * H;
-      const MatrixXd P_joseph = I_KH * P * I_KH.transpose() + K * R * K.transpose();
+      const MatrixXd S = test::congruence(H, P) + R;
+      const MatrixXd K = test::solve_symmetric(S, test::product(H, P)).transpose();
+      const VectorXd x = states_of(state) + test::product(K, nu);
+      const MatrixXd I_KH = MatrixXd::Identity(P.rows(), P.rows()) - test::product(K, H);
+      const MatrixXd P_joseph = test::congruence(I_KH, P) + test::congruence(K, R);
 
       const UpdateResult result = ekf.apply(state, innovations);
       CHECK(result.status == Status::ok);
@@ -117,8 +117,9 @@ TEST(EkfUpdates, one_innovations_step_is_the_textbooks_with_that_one_alone) {
   ekf.prepare(state, innovations);
   for (std::size_t i = 0; i < innovations.size(); ++i) {
     const MatrixXd H = test::dense_rows(innovations[i].H, state.size());
-    const MatrixXd S = H * P * H.transpose() + innovations[i].variance_px2 * MatrixXd::Identity(2, 2);
-    const VectorXd expected = test::solve_symmetric(S, H * P).transpose() * innovations[i].nu_px;
+    const MatrixXd S = test::congruence(H, P) + innovations[i].variance_px2 * MatrixXd::Identity(2, 2);
+    const MatrixXd K = test::solve_symmetric(S, test::product(H, P)).transpose();
+    const VectorXd expected = test::product(K, innovations[i].nu_px);
     VectorXd dx(state.size());
     CHECK(ekf.state_step(state, innovations, i, dx.data()) == Status::ok);
     CHECK(test::matrix_difference(dx, expected) < 1e-12);

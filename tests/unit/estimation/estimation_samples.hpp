@@ -48,7 +48,15 @@ class Samples {
   template <int N>
   Mat<N, N> covariance(double size = 1.0) {
     const Mat<N, N> a = matrix<N, N>(size);
-    return a * a.transpose() + 0.05 * size * size * Mat<N, N>::Identity();
+    Mat<N, N> P;  // element by element: Eigen's product of this size is slow to compile
+    for (int c = 0; c < N; ++c) {
+      for (int r = 0; r < N; ++r) {
+        double sum = r == c ? 0.05 * size * size : 0.0;
+        for (int k = 0; k < N; ++k) sum += a(r, k) * a(c, k);
+        P(r, c) = sum;
+      }
+    }
+    return P;
   }
   Mat3 attitude(double angle_rad) { return exp_so3(Vec3(angle_rad * matrix<3>().normalized())); }
   MotionState motion(AttitudeChartKind chart, double angle_rad) {

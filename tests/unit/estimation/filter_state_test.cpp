@@ -5,6 +5,7 @@
 #include <vector>
 
 #include "fsw/estimation/inverse_depth.hpp"
+#include "tests/support/dense.hpp"
 #include "tests/unit/estimation/estimation_samples.hpp"
 
 #include <CppUTest/TestHarness.h>
@@ -13,11 +14,9 @@ namespace relnav {
 namespace {
 
 using Eigen::MatrixXd;
+using test::congruence;
 
 constexpr auto full_count = static_cast<int>(config::max_features);
-
-/// P of the state as it is, carried through x' = J x + noise.
-MatrixXd congruence(const MatrixXd& J, const MatrixXd& P) { return J * P * J.transpose(); }
 
 /// Identity without rows first .. first + count - 1.
 MatrixXd dropping(int size, int first, int count) {

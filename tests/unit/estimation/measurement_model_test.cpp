@@ -3,6 +3,7 @@
 #include <cmath>
 
 #include "fsw/estimation/inverse_depth.hpp"
+#include "tests/support/dense.hpp"
 #include "tests/support/numeric_jacobian.hpp"
 #include "tests/unit/estimation/estimation_samples.hpp"
 
@@ -127,7 +128,7 @@ TEST(MeasurementModel, image_covariance_is_the_dense_product) {
     PredictedImage image;
     CHECK(predict_image(camera, pose, f, image) == Status::ok);
     const Eigen::MatrixXd H = test::dense_rows(image.H, state.size());
-    const Eigen::MatrixXd expected = H * test::dense_covariance(state) * H.transpose();
+    const Eigen::MatrixXd expected = test::congruence(H, test::dense_covariance(state));
     CHECK(test::matrix_difference(image_covariance(state, image.H), expected) < 1e-12);
   }
 }

@@ -1,9 +1,10 @@
 #include "tests/unit/estimation/pose_samples.hpp"
 
-#include <Eigen/Dense>
 #include <cmath>
 #include <cstdlib>
 #include <limits>
+
+#include "tests/support/dense.hpp"
 
 namespace relnav::test {
 
@@ -192,8 +193,7 @@ Eigen::MatrixXd pose_jacobian(const CameraRig& rig, const TargetModel& target, c
 Mat6 pose_bound(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
                 const Pose& pose) {
   const Eigen::MatrixXd J = pose_jacobian(rig, target, observations, pose);
-  const Mat6 A = J.transpose() * J;
-  return A.ldlt().solve(Mat6::Identity());
+  return solve_symmetric(J.transpose().lazyProduct(J), Eigen::MatrixXd::Identity(6, 6));
 }
 
 Pose reference_optimum(const CameraRig& rig, const TargetModel& target, const PoseObservations& observations,
@@ -207,7 +207,7 @@ Pose reference_optimum(const CameraRig& rig, const TargetModel& target, const Po
     stacked << J, Mat6(damping.asDiagonal());
     Eigen::VectorXd right = Eigen::VectorXd::Zero(J.rows() + 6);
     right.head(J.rows()) = r;
-    const Vec6 d = stacked.householderQr().solve(right);
+    const Vec6 d = solve_least_squares(stacked, right);
     const Pose next = moved_pose(pose, d);
     const Eigen::VectorXd r_next = residuals(rig, target, observations, next);
     if (r_next.squaredNorm() <= r.squaredNorm() * (1.0 + 1e-13) + 1e-18) {

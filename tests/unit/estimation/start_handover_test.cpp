@@ -4,6 +4,7 @@
 #include <memory>
 
 #include "fsw/estimation/inverse_depth.hpp"
+#include "tests/support/dense.hpp"
 #include "tests/support/numeric_jacobian.hpp"
 #include "tests/unit/estimation/estimation_samples.hpp"
 
@@ -102,7 +103,7 @@ TEST(StartHandovers, covariance_is_that_of_theta_and_the_tracks_through_the_nume
       for (int i = 0; i < features; ++i) {
         known.block<3, 3>(12 + 3 * i, 12 + 3 * i) = at.tracks[slot[static_cast<std::size_t>(i)]].covariance;
       }
-      const Eigen::MatrixXd expected = J * known * J.transpose();
+      const Eigen::MatrixXd expected = test::congruence(J, known);
       CHECK((P - expected).cwiseAbs().maxCoeff() < 1e-8 * expected.cwiseAbs().maxCoeff());
     }
   }

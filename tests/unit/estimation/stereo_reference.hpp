@@ -1,5 +1,5 @@
 #pragma once
-// The closed forms for two cameras a second time, by other means: Eigen's QR and SVD on the stacked equations instead of normal
+// The closed forms for two cameras a second time, by other means: QR and SVD on the stacked equations instead of normal
 // equations and eigenvectors, quaternions for rotors, Kabsch's rotation for the orthogonal method.
 #include <utility>
 #include <vector>

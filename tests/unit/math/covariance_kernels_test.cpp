@@ -6,18 +6,18 @@
 #include <string>
 #include <vector>
 
-#include <Eigen/Cholesky>
 #include <Eigen/Core>
-#include <Eigen/Eigenvalues>
 
 #include "fsw/base/generator.hpp"
 #include "fsw/math/covariance_kernels.hpp"
+#include "tests/support/dense.hpp"
 #include "tests/unit/math/bits.hpp"
 
 #include <CppUTest/TestHarness.h>
 
 using namespace relnav;
 using Eigen::MatrixXd;
+using test::product;
 
 namespace {
 
@@ -130,6 +130,14 @@ MatrixXd dense(const std::vector<SparseRowPair>& rows, int n) {
 
 double difference(const MatrixXd& a, const MatrixXd& b) { return a.size() == 0 ? 0.0 : (a - b).cwiseAbs().maxCoeff(); }
 
+MatrixXd lower_of(Padded& M, int m) {
+  MatrixXd lower(m, m);
+  for (int c = 0; c < m; ++c) {
+    for (int r = 0; r < m; ++r) lower(r, c) = r < c ? 0.0 : M(r, c);
+  }
+  return lower;
+}
+
 std::string describe(int n, int m) {
   return "seed " + std::to_string(seed) + " n " + std::to_string(n) + " m " + std::to_string(m);
 }
@@ -220,9 +228,9 @@ TEST(CovarianceKernels, p_ht_and_s_agree_with_dense_products) {
       CHECK_TEXT(PHt.equals(reference), describe(n, m).c_str());
       CHECK_TEXT(PHt.padding_untouched() && S.padding_untouched(), describe(n, m).c_str());
       const MatrixXd H = dense(rows, n);
-      const MatrixXd expected = P.matrix() * H.transpose();
+      const MatrixXd expected = product(P.matrix(), H.transpose());
       CHECK_TEXT(difference(PHt.matrix(), expected) < 1e-12, describe(n, m).c_str());
-      const MatrixXd expected_S = H * expected;
+      const MatrixXd expected_S = product(H, expected);
       for (int c = 0; c < m; ++c) {
         for (int i = 0; i < m; ++i) {
           if (i < c) {
@@ -249,7 +257,7 @@ TEST(CovarianceKernels, nan_in_a_row_of_h_is_not_skipped) {
   CHECK(std::isnan(PHt(14, 1)));
 }
 
-TEST(CovarianceKernels, cholesky_agrees_with_eigen_and_bitwise_with_the_plain_loop) {
+TEST(CovarianceKernels, cholesky_gives_back_the_matrix_and_is_bitwise_the_plain_loop) {
   Generator generator(seed);
   for (const int m : row_counts) {
     Padded S(m, m);
@@ -270,9 +278,8 @@ TEST(CovarianceKernels, cholesky_agrees_with_eigen_and_bitwise_with_the_plain_lo
     }
     CHECK(S.padding_untouched());
     if (m > 0) {
-      const MatrixXd L = before.llt().matrixL();
-      const MatrixXd own = S.matrix().triangularView<Eigen::Lower>();
-      CHECK_TEXT(difference(own, L) < 1e-12, describe(0, m).c_str());
+      const MatrixXd L = lower_of(S, m);
+      CHECK_TEXT(difference(product(L, L.transpose()), before) < 1e-12, describe(0, m).c_str());
     }
   }
 }
@@ -301,7 +308,7 @@ TEST(CovarianceKernels, cholesky_refuses_pivots_that_are_not_positive) {
   CHECK(cholesky_lower(T.view()) == Status::not_positive_definite);
 }
 
-TEST(CovarianceKernels, triangular_solve_agrees_with_eigen_and_bitwise_with_the_plain_loop) {
+TEST(CovarianceKernels, triangular_solve_agrees_with_the_dense_product_and_bitwise_with_the_plain_loop) {
   Generator generator(seed);
   for (const int n : state_sizes) {
     for (const int m : row_counts) {
@@ -318,10 +325,9 @@ TEST(CovarianceKernels, triangular_solve_agrees_with_eigen_and_bitwise_with_the_
       plain_solve_right_transposed(L.view(), reference.view());
       CHECK_TEXT(B.equals(reference), describe(n, m).c_str());
       CHECK_TEXT(B.padding_untouched(), describe(n, m).c_str());
-      const MatrixXd lower = L.matrix().triangularView<Eigen::Lower>();
-      const MatrixXd product = B.matrix() * lower.transpose();
+      const MatrixXd again = product(B.matrix(), lower_of(L, m).transpose());
       const double scale = m == 0 ? 1.0 : std::max(1.0, B.matrix().cwiseAbs().maxCoeff());
-      CHECK_TEXT(difference(product, before) < 1e-12 * scale, describe(n, m).c_str());
+      CHECK_TEXT(difference(again, before) < 1e-12 * scale, describe(n, m).c_str());
     }
   }
 }
@@ -339,18 +345,16 @@ TEST(CovarianceKernels, vector_solve_and_state_increment) {
     Eigen::VectorXd solved = y;
     const std::span<double> x(solved.data(), static_cast<std::size_t>(m));
     solve_lower(L.view(), x);
-    const MatrixXd lower = L.matrix().triangularView<Eigen::Lower>();
-    CHECK_TEXT(
-        difference(lower * solved, y) < 1e-12 * std::max(1.0, solved.size() == 0 ? 0.0 : solved.cwiseAbs().maxCoeff()),
-        describe(n, m).c_str());
+    const double largest = solved.size() == 0 ? 0.0 : solved.cwiseAbs().maxCoeff();
+    CHECK_TEXT(difference(product(lower_of(L, m), solved), y) < 1e-12 * std::max(1.0, largest), describe(n, m).c_str());
     Eigen::VectorXd dx = Eigen::VectorXd::Constant(n, quiet_nan);
     state_increment(B.view(), x, std::span<double>(dx.data(), n));
-    CHECK_TEXT(difference(dx, B.matrix() * solved) < 1e-10 * std::max(1.0, dx.cwiseAbs().maxCoeff()),
+    CHECK_TEXT(difference(dx, product(B.matrix(), solved)) < 1e-10 * std::max(1.0, dx.cwiseAbs().maxCoeff()),
                describe(n, m).c_str());
   }
 }
 
-TEST(CovarianceKernels, downdate_agrees_with_eigen_and_bitwise_with_the_plain_loop) {
+TEST(CovarianceKernels, downdate_agrees_with_the_dense_product_and_bitwise_with_the_plain_loop) {
   Generator generator(seed);
   for (int n = 0; n <= 40; ++n) {
     for (const int m : row_counts) {
@@ -362,7 +366,7 @@ TEST(CovarianceKernels, downdate_agrees_with_eigen_and_bitwise_with_the_plain_lo
       for (int c = 0; c < n; ++c) {
         for (int r = 0; r < n; ++r) reference(r, c) = P(r, c);
       }
-      const MatrixXd expected = P.matrix() - B.matrix() * B.matrix().transpose();
+      const MatrixXd expected = P.matrix() - product(B.matrix(), B.matrix().transpose());
       downdate_symmetric(P.view(), B.view());
       plain_downdate(reference.view(), B.view());
       CHECK_TEXT(P.equals(reference), describe(n, m).c_str());
@@ -406,17 +410,20 @@ TEST(CovarianceKernels, whole_update_agrees_with_the_textbook_and_stays_positive
       const MatrixXd H = dense(rows, n);
       MatrixXd expected = before;
       if (m > 0) {
-        MatrixXd full_S = H * before * H.transpose();
-        full_S.diagonal().array() += 1e-4;
-        const MatrixXd HP = H * before;
-        const MatrixXd solved = full_S.llt().solve(HP);
-        expected -= HP.transpose() * solved;
+        const MatrixXd HP = product(H, before);
+        MatrixXd full_S = product(HP, H.transpose());
+        for (int i = 0; i < m; ++i) full_S(i, i) += 1e-4;
+        expected -= product(HP.transpose(), test::solve_symmetric(full_S, HP));
       }
       CHECK_TEXT(difference(P.matrix(), expected) < 1e-9, describe(n, m).c_str());
       CHECK_TEXT(difference(P.matrix(), P.matrix().transpose()) <= 0.0, describe(n, m).c_str());
       if (n <= 101) {
-        const Eigen::SelfAdjointEigenSolver<MatrixXd> eigenvalues(P.matrix(), Eigen::EigenvaluesOnly);
-        CHECK_TEXT(eigenvalues.eigenvalues()(0) > 0.0, describe(n, m).c_str());
+        Padded L(n, n);
+        for (int c = 0; c < n; ++c) {
+          for (int i = 0; i < n; ++i) L(i, c) = P(i, c);
+        }
+        plain_cholesky(L.view());
+        for (int i = 0; i < n; ++i) CHECK_TEXT(L(i, i) > 0.0, describe(n, m).c_str());  // a NaN is not
       }
     }
   }
@@ -460,11 +467,11 @@ TEST(CovarianceKernels, prediction_agrees_with_the_dense_product) {
         G(i, c) = draw(generator);
       }
     }
-    const Mat<12, 12> Q = G * G.transpose();
+    const Mat<12, 12> Q = product(G, G.transpose());
     predict_motion(P.view(), F, Q);
     MatrixXd full = MatrixXd::Identity(n, n);
     full.topLeftCorner(12, 12) = F;
-    MatrixXd expected = full * before * full.transpose();
+    MatrixXd expected = test::congruence(full, before);
     expected.topLeftCorner(12, 12) += Q;
     CHECK_TEXT(difference(P.matrix(), expected) < 1e-11, describe(n, 0).c_str());
     CHECK_TEXT(difference(P.matrix(), P.matrix().transpose()) <= 0.0, describe(n, 0).c_str());
@@ -488,7 +495,7 @@ TEST(CovarianceKernels, block_transformation_agrees_with_the_dense_congruence) {
       transform_block(P.view(), offset, J);
       MatrixXd full = MatrixXd::Identity(n, n);
       full.block(offset, offset, 3, 3) = J;
-      const MatrixXd expected = full * before * full.transpose();
+      const MatrixXd expected = test::congruence(full, before);
       CHECK_TEXT(difference(P.matrix(), expected) < 1e-12, describe(n, offset).c_str());
       CHECK_TEXT(difference(P.matrix(), P.matrix().transpose()) <= 0.0, describe(n, offset).c_str());
       CHECK(P.padding_untouched());

@@ -1,4 +1,6 @@
 // Fixed in small Eigen matrices: products, norms and factorisations against the same in double; soundness of a matrix.
+#include <algorithm>
+#include <cmath>
 #include <cstdio>
 
 #include <Eigen/Cholesky>
@@ -6,6 +8,7 @@
 
 #include "fsw/base/generator.hpp"
 #include "fsw/math/scalar.hpp"
+#include "tests/support/dense.hpp"
 
 #include <CppUTest/TestHarness.h>
 
@@ -15,39 +18,52 @@ namespace {
 
 constexpr std::uint64_t seed = 271828;
 
-template <int Rows, int Cols>
-Eigen::Matrix<double, Rows, Cols> random_matrix(Generator& generator) {
-  Eigen::Matrix<double, Rows, Cols> m;
+/// Elements within a third.
+template <typename S, int Rows, int Cols>
+Eigen::Matrix<S, Rows, Cols> random_matrix(Generator& generator) {
+  Eigen::Matrix<S, Rows, Cols> m;
   for (int r = 0; r < Rows; ++r) {
-    for (int c = 0; c < Cols; ++c) m(r, c) = 2.0 * generator.uniform() - 1.0;
+    for (int c = 0; c < Cols; ++c) m(r, c) = S((2.0 * generator.uniform() - 1.0) / 3.0);
   }
   return m;
 }
 
+template <typename S, int Rows, int Cols>
+Eigen::MatrixXd in_double(const Eigen::Matrix<S, Rows, Cols>& m) {
+  Eigen::MatrixXd out(Rows, Cols);
+  for (int r = 0; r < Rows; ++r) {
+    for (int c = 0; c < Cols; ++c) out(r, c) = static_cast<double>(m(r, c));
+  }
+  return out;
+}
+
+double largest_difference(const Eigen::MatrixXd& a, const Eigen::MatrixXd& b) { return (a - b).cwiseAbs().maxCoeff(); }
+
 /// Largest difference of anything from double.
 template <typename S>
 double worst_of(int count) {
+  using Matrix = Eigen::Matrix<S, 3, 3>;
+  using Vector = Eigen::Matrix<S, 3, 1>;
   Generator generator(seed);
   double worst = 0.0;
-  const auto compare = [&](const auto& actual, const auto& expected) {
-    CHECK(is_sound(actual.eval()));
-    worst = std::max(worst, (actual.template cast<double>() - expected).cwiseAbs().maxCoeff());
+  const auto compare = [&](const auto& actual, const Eigen::MatrixXd& expected) {
+    CHECK(is_sound(actual));
+    worst = std::max(worst, largest_difference(in_double(actual), expected));
   };
   for (int i = 0; i < count; ++i) {
-    const Eigen::Matrix<S, 3, 3> A = (random_matrix<3, 3>(generator) / 3.0).template cast<S>();
-    const Eigen::Matrix<S, 3, 1> b = (random_matrix<3, 1>(generator) / 3.0).template cast<S>();
-    const Eigen::Matrix<double, 3, 3> A_d = A.template cast<double>();
-    const Eigen::Matrix<double, 3, 1> b_d = b.template cast<double>();
-    compare(A * A.transpose(), A_d * A_d.transpose());
-    compare(A * b - b, A_d * b_d - b_d);
+    const Matrix A = random_matrix<S, 3, 3>(generator);
+    const Vector b = random_matrix<S, 3, 1>(generator);
+    const Eigen::MatrixXd A_d = in_double(A);
+    const Eigen::MatrixXd b_d = in_double(b);
+    compare(Matrix(A * A.transpose()), test::product(A_d, A_d.transpose()));
+    compare(Vector(A * b - b), test::product(A_d, b_d) - b_d);
     const S norm = b.norm();
     worst = std::max(worst, std::fabs(static_cast<double>(norm) - b_d.norm()));
     // Eigenvalues from 1 to 2, so that no solution leaves the range.
-    const Eigen::Matrix<S, 3, 3> P = A * A.transpose() + Eigen::Matrix<S, 3, 3>::Identity();
-    const Eigen::Matrix<double, 3, 3> P_d = P.template cast<double>();
-    const Eigen::Matrix<S, 3, 1> x = P.llt().solve(b);
-    compare(x, P_d.llt().solve(b_d).eval());
-    compare(P.inverse().eval(), P.template cast<double>().inverse().eval());
+    const Matrix P = A * A.transpose() + Matrix::Identity();
+    const Eigen::MatrixXd P_d = in_double(P);
+    compare(Vector(P.llt().solve(b)), test::solve_symmetric(P_d, b_d));
+    compare(Matrix(P.inverse()), test::solve_symmetric(P_d, Eigen::MatrixXd::Identity(3, 3)));
   }
   return worst;
 }

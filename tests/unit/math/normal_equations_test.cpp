@@ -1,4 +1,4 @@
-// NormalEquations against Eigen's decompositions.
+// NormalEquations against dense solutions in double.
 #include "fsw/math/normal_equations.hpp"
 
 #include <cmath>
@@ -18,28 +18,30 @@ namespace {
 constexpr std::uint64_t seed = 271828;
 constexpr int rows = 16;
 
-template <int N>
 struct Problem {
-  Eigen::Matrix<double, rows, N> J;
-  Eigen::Matrix<double, rows, 1> r;
+  Eigen::MatrixXd J;  // of rows x N
+  Eigen::VectorXd r;
 };
 
 /// Columns scaled by 1 .. 1 / spread, the last one nearly a combination of the others by `dependence` (1: independent).
-template <int N>
-Problem<N> random_problem(Generator& generator, double spread, double dependence) {
-  Problem<N> p;
+Problem random_problem(int N, Generator& generator, double spread, double dependence) {
+  Problem p{Eigen::MatrixXd(rows, N), Eigen::VectorXd(rows)};
   const auto unit = [&] { return 2.0 * generator.uniform() - 1.0; };
   for (int i = 0; i < rows; ++i) {
     for (int k = 0; k < N; ++k) p.J(i, k) = unit();
     p.r(i) = unit();
   }
-  p.J.col(N - 1) = dependence * p.J.col(N - 1) + (1.0 - dependence) * p.J.leftCols(N - 1).rowwise().sum();
+  for (int i = 0; i < rows; ++i) {
+    double others = 0.0;
+    for (int k = 0; k < N - 1; ++k) others += p.J(i, k);
+    p.J(i, N - 1) = dependence * p.J(i, N - 1) + (1.0 - dependence) * others;
+  }
   for (int k = 0; k < N; ++k) p.J.col(k) *= std::pow(spread, -static_cast<double>(k) / (N - 1));
   return p;
 }
 
 template <typename S, int N>
-NormalEquations<S, N> equations_of(const Problem<N>& p) {
+NormalEquations<S, N> equations_of(const Problem& p) {
   NormalEquations<S, N> e;
   e.clear();
   for (int i = 0; i < rows; ++i) {
@@ -57,42 +59,63 @@ struct Errors {
   double cost = 0.0;
 };
 
+/// The solution for the matrix scaled to unit diagonal, with whose condition error bounds of the factorisation go (van der
+/// Sluis).
+struct DenseSolution {
+  explicit DenseSolution(const Problem& p) {
+    const Eigen::Index N = p.J.cols();
+    const Eigen::MatrixXd A = test::product(p.J.transpose(), p.J);
+    const Eigen::VectorXd b = test::product(p.J.transpose(), p.r);
+    Eigen::MatrixXd scaled(N, N);
+    Eigen::VectorXd scaled_b(N);
+    scale.resize(N);
+    for (Eigen::Index k = 0; k < N; ++k) scale(k) = 1.0 / std::sqrt(A(k, k));
+    for (Eigen::Index c = 0; c < N; ++c) {
+      for (Eigen::Index r = 0; r < N; ++r) scaled(r, c) = scale(r) * A(r, c) * scale(c);
+      scaled_b(c) = scale(c) * b(c);
+    }
+    const Eigen::VectorXd eigenvalues = test::eigenvalues_of(scaled);
+    condition = eigenvalues(N - 1) / eigenvalues(0);
+    z = test::solve_symmetric(scaled, scaled_b);
+    Q = test::solve_symmetric(scaled, Eigen::MatrixXd::Identity(N, N));
+    z_size = z.norm() + test::solve_symmetric(scaled, Eigen::VectorXd::Ones(N)).norm() / condition;
+    gain = z.dot(scaled_b);
+  }
+  Eigen::VectorXd scale;
+  Eigen::VectorXd z;
+  Eigen::MatrixXd Q;
+  double condition = 0.0;
+  double z_size = 0.0;
+  double gain = 0.0;
+};
+
 template <typename S, int N>
 Errors largest_errors(double spread, double dependence) {
   Generator generator(seed);
   Errors out;
   for (int trial = 0; trial < 400; ++trial) {
-    const Problem<N> p = random_problem<N>(generator, spread, dependence);
+    const Problem p = random_problem(N, generator, spread, dependence);
     NormalEquations<S, N> e = equations_of<S, N>(p);
     CHECK(e.factorise(S(0)) == Status::ok);
     S gain;
     const auto d = e.solution(gain);
     const auto P = e.inverse();
 
-    Eigen::Matrix<double, N, N> A = p.J.transpose() * p.J;
-    const Eigen::Matrix<double, N, 1> b = p.J.transpose() * p.r;
-    // Error bounds of the factorisation go with the condition of the matrix scaled to unit diagonal (van der Sluis).
-    const Eigen::Matrix<double, N, 1> scale = A.diagonal().cwiseSqrt().cwiseInverse();
-    const Eigen::Matrix<double, N, N> scaled = scale.asDiagonal() * A * scale.asDiagonal();
-    const Eigen::VectorXd eigenvalues = test::eigenvalues_of(scaled);
-    const double condition = eigenvalues(N - 1) / eigenvalues(0);
-    const Eigen::Matrix<double, N, 1> z = test::solve_symmetric(scaled, scale.cwiseProduct(b));
-    const Eigen::Matrix<double, N, N> Q = test::solve_symmetric(scaled, Eigen::MatrixXd::Identity(N, N));
-
+    const DenseSolution expected(p);
     double d_error = 0.0;
     double P_error = 0.0;
     for (int r = 0; r < N; ++r) {
-      d_error = std::max(d_error, std::fabs(static_cast<double>(d(r)) / scale(r) - z(r)));
+      d_error = std::max(d_error, std::fabs(static_cast<double>(d(r)) / expected.scale(r) - expected.z(r)));
       for (int c = 0; c < N; ++c) {
-        P_error = std::max(P_error, std::fabs(static_cast<double>(P(r, c)) / (scale(r) * scale(c)) - Q(r, c)));
+        const double scaled = static_cast<double>(P(r, c)) / (expected.scale(r) * expected.scale(c));
+        P_error = std::max(P_error, std::fabs(scaled - expected.Q(r, c)));
         CHECK(P(r, c) == P(c, r));
       }
     }
-    const double z_size = z.norm() + test::solve_symmetric(scaled, Eigen::VectorXd::Ones(N)).norm() / condition;
-    out.solution = std::max(out.solution, d_error / z_size / condition);
-    out.inverse = std::max(out.inverse, P_error / Q.norm() / condition);
-    const double expected_gain = z.dot(scale.cwiseProduct(b));
-    out.gain = std::max(out.gain, std::fabs(static_cast<double>(gain) - expected_gain) / condition);
+    const double condition = expected.condition;
+    out.solution = std::max(out.solution, d_error / expected.z_size / condition);
+    out.inverse = std::max(out.inverse, P_error / expected.Q.norm() / condition);
+    out.gain = std::max(out.gain, std::fabs(static_cast<double>(gain) - expected.gain) / condition);
     out.cost = std::max(out.cost, std::fabs(static_cast<double>(e.cost()) - p.r.squaredNorm()));
   }
   return out;
@@ -111,14 +134,14 @@ void check(const char* name, const Errors& e, double bound) {
 
 TEST_GROUP(SmallNormalEquations){};
 
-TEST(SmallNormalEquations, agree_with_eigen_in_double) {
+TEST(SmallNormalEquations, agree_with_a_dense_solution_in_double) {
   check("well conditioned", largest_errors<double, 6>(1.0, 1.0), 2e-15);
   check("three unknowns", largest_errors<double, 3>(1.0, 1.0), 2e-15);
   check("columns of very different size", largest_errors<double, 6>(1e6, 1.0), 2e-15);
   check("nearly dependent columns", largest_errors<double, 6>(1.0, 1e-4), 2e-15);
 }
 
-TEST(SmallNormalEquations, agree_with_eigen_in_float_and_fixed) {
+TEST(SmallNormalEquations, agree_with_a_dense_solution_in_float_and_fixed) {
   check("float", largest_errors<float, 6>(1.0, 1.0), 1e-6);
   check("float, columns of very different size", largest_errors<float, 6>(1e4, 1.0), 1e-6);
   check("fixed", largest_errors<FixedQ47, 6>(1.0, 1.0), 5e-14);
@@ -128,7 +151,7 @@ TEST(SmallNormalEquations, agree_with_eigen_in_float_and_fixed) {
 TEST(SmallNormalEquations, rows_two_by_two_are_the_same_equations) {
   Generator generator(seed + 2);
   for (int trial = 0; trial < 400; ++trial) {
-    const Problem<6> p = random_problem<6>(generator, 1.0, 1.0);
+    const Problem p = random_problem(6, generator, 1.0, 1.0);
     NormalEquations<double, 6> one = equations_of<double, 6>(p);
     NormalEquations<double, 6, Pair<double>> two;
     two.clear();
@@ -153,14 +176,15 @@ TEST(SmallNormalEquations, curvature_is_added_and_where_it_is_negative_the_step_
   Generator generator(seed + 3);
   int bent = 0;
   for (int trial = 0; trial < 400; ++trial) {
-    const Problem<6> p = random_problem<6>(generator, 1.0, 1.0);
+    const Problem p = random_problem(6, generator, 1.0, 1.0);
     NormalEquations<double, 6> e = equations_of<double, 6>(p);
     Mat6 K;
     for (int a = 0; a < 6; ++a) {
       for (int b = 0; b <= a; ++b) K(a, b) = K(b, a) = 2.0 * (2.0 * generator.uniform() - 1.0);
     }
-    const Mat6 H = p.J.transpose() * p.J + K;
-    const Vec6 b = p.J.transpose() * p.r;
+    const Mat6 JtJ = test::product(p.J.transpose(), p.J);
+    const Mat6 H = JtJ + K;
+    const Vec6 b = test::product(p.J.transpose(), p.r);
     const bool expected = test::eigenvalues_of(H)(0) > 0.0;
     bool convex = !expected;
     CHECK(e.factorise(K, 0.0, 0.0, convex) == Status::ok);
@@ -176,7 +200,7 @@ TEST(SmallNormalEquations, curvature_is_added_and_where_it_is_negative_the_step_
     }
     // The equations are as they were.
     CHECK(e.factorise(0.0) == Status::ok);
-    CHECK((p.J.transpose() * p.J * e.solution(gain) - b).norm() < 1e-10);
+    CHECK((JtJ * e.solution(gain) - b).norm() < 1e-10);
   }
   CHECK(bent > 50 && bent < 350);
 }
@@ -222,7 +246,7 @@ TEST(SmallNormalEquations, what_leaves_the_range_is_said_and_a_pivot_can_be_kept
 TEST(SmallNormalEquations, dependent_columns_are_rank_deficient) {
   Generator generator(seed + 1);
   for (int trial = 0; trial < 400; ++trial) {
-    Problem<6> p = random_problem<6>(generator, 1.0, 0.0);
+    Problem p = random_problem(6, generator, 1.0, 0.0);
     NormalEquations<double, 6> e = equations_of<double, 6>(p);
     CHECK(e.factorise(1e-13) == Status::rank_deficient);
     NormalEquations<float, 6> f = equations_of<float, 6>(p);
@@ -230,7 +254,7 @@ TEST(SmallNormalEquations, dependent_columns_are_rank_deficient) {
     NormalEquations<FixedQ47, 6> q = equations_of<FixedQ47, 6>(p);
     CHECK(q.factorise(FixedQ47(1e-11)) == Status::rank_deficient);
     // The same limit lets good ones pass.
-    p = random_problem<6>(generator, 1.0, 1.0);
+    p = random_problem(6, generator, 1.0, 1.0);
     e = equations_of<double, 6>(p);
     CHECK(e.factorise(1e-13) == Status::ok);
   }
