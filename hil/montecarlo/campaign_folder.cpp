@@ -13,8 +13,8 @@
 #include <nlohmann/json.hpp>
 #include <span>
 
-#include "hil/io/fast_crc32.hpp"
 #include "hil/io/atomic_file.hpp"
+#include "hil/io/fast_crc32.hpp"
 #include "platform/files/input_error.hpp"
 #include "platform/files/text.hpp"
 

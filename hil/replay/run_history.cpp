@@ -8,6 +8,7 @@ FrameRecord record_of(const app::StepReport& report, Time time) {
   r.status = report.status;
   r.mode = report.mode;
   r.has_pose = report.status == Status::ok && report.state.t_CT.allFinite() && report.state.R_CT.allFinite();
+  r.known_target = report.estimator != telemetry::Estimator::inverse_depth_ekf;
   r.state = report.state;
   r.reset_counter = report.reset_counter;
   r.features = report.features;

@@ -14,6 +14,7 @@ struct FrameRecord {
   Status status = Status::no_data;
   app::Mode mode = app::Mode::standby;
   bool has_pose = false;
+  bool known_target = false;  ///< a cooperative estimator made the pose
   RelativeState state;
   std::uint32_t reset_counter = 0;
   std::uint16_t features = 0;

@@ -81,7 +81,7 @@ class Disperser {
   std::map<std::string, double>& drawn_;
 };
 
-/// The node that a dotted name leads to; a missing last key is made, with 0.
+/// The node that a dotted name leads to; missing sections are made, and a missing last key, with 0.
 YAML::Node find_named(const std::string& path, YAML::Node root, const YAML::Node& at, const std::string& name) {
   YAML::Node node = root;
   const auto parts = split(name, '.');
@@ -95,7 +95,9 @@ YAML::Node find_named(const std::string& path, YAML::Node root, const YAML::Node
                          "its number, from 0");
       next = node[static_cast<std::size_t>(*index)];
     } else if (node.IsMap()) {
-      if (!node[key] && i + 1 == parts.size()) node[key] = "0";
+      const bool last = i + 1 == parts.size();
+      if (!node[key] && last) node[key] = "0";
+      if (!node[key] && !last) node[key] = YAML::Node(YAML::NodeType::Map);
       next = node[key];
     }
     if (!next || !next.IsDefined())

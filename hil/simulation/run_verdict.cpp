@@ -13,14 +13,15 @@ namespace {
 
 constexpr std::array<const char*, 6> axis_names{"x", "y", "z", "rx", "ry", "rz"};
 
-/// Poses between two restarts of the estimate: an unknown target's frame is a new one in each.
-std::vector<RunHistory> tracks_of(const RunHistory& history, bool unknown_target) {
+/// Poses of one estimator, of an unknown target between two restarts: its frame is a new one after each.
+std::vector<RunHistory> tracks_of(const RunHistory& history) {
   std::vector<RunHistory> tracks(1);
   for (const FrameRecord& record : history.frames) {
     if (!record.has_pose) continue;
     RunHistory& track = tracks.back();
     const bool anew =
-        unknown_target && !track.frames.empty() && track.frames.back().reset_counter != record.reset_counter;
+        !track.frames.empty() && (track.frames.back().known_target != record.known_target ||
+                                  (!record.known_target && track.frames.back().reset_counter != record.reset_counter));
     if (anew) tracks.emplace_back();
     tracks.back().frames.push_back(record);
   }
@@ -45,7 +46,8 @@ class Tally {
       rate_max_ = std::max(rate_max_, error);
       ++rates_;
     }
-    if (evaluation.angle_turned > 0.0) {
+    const bool known = track.frames.front().known_target;
+    if (!known && evaluation.angle_turned > 0.0) {
       angle_error_ = std::max(angle_error_, evaluation.attitude.last / evaluation.angle_turned);
       has_angle_ = true;
     }
@@ -64,8 +66,8 @@ class Tally {
       f["rate_mean_deg_s"] = degrees_per_radian * rate_sum_ / static_cast<double>(rates_);
       f["rate_max_deg_s"] = degrees_per_radian * rate_max_;
     }
-    const bool unknown = scenario_.navigation == app::NavigationKind::noncoop;
-    if (unknown && has_angle_) f["angle_error_percent"] = 100.0 * angle_error_;
+    const bool unknown = !known_at_end(scenario_);
+    if (has_angle_) f["angle_error_percent"] = 100.0 * angle_error_;
     for (int axis = unknown ? 3 : 0; axis < 6; ++axis) {
       if (variances_(axis) > 0.0)
         f[std::string("rms_over_sigma_") + axis_names[static_cast<std::size_t>(axis)]] =
@@ -91,7 +93,7 @@ class Tally {
     position_max_ = std::max(position_max_, epoch.position.norm());
     attitude_last_ = epoch.attitude.norm();
     ++count_;
-    if (epoch.nees) {
+    if (epoch.nees && record.known_target == known_at_end(scenario_)) {
       nees_sum_ += *epoch.nees;
       ++nees_count_;
     }
@@ -99,7 +101,7 @@ class Tally {
     const auto is_wrong = [&](double size, double sigma, double tolerated) {
       return size > limit.sigmas * sigma && size > tolerated;
     };
-    const bool known = scenario_.navigation != app::NavigationKind::noncoop;
+    const bool known = record.known_target;
     const double range = record.state.t_CT.norm();
     // The estimate of an unknown target's motion counts once its start is over.
     if (!known && record.mode != app::Mode::track) return;
@@ -146,17 +148,34 @@ const char* to_string(RunEnd end) {
   return "error";
 }
 
+bool known_at_end(const SimulationScenario& scenario) {
+  const bool handed_over = scenario.handover.at_s >= 0.0;
+  return (handed_over ? scenario.handover.navigation : scenario.navigation) != app::NavigationKind::noncoop;
+}
+
+AlignMode alignment_of(const RunHistory& track) {
+  const bool known = !track.frames.empty() && track.frames.front().known_target;
+  return known ? AlignMode::none : AlignMode::start;
+}
+
+RunHistory last_kind_of(const RunHistory& history) {
+  RunHistory last;
+  for (const FrameRecord& record : history.frames) {
+    if (record.has_pose && record.known_target == history.frames.back().known_target) last.frames.push_back(record);
+  }
+  return last;
+}
+
 RunVerdict judge_run(const SimulationScenario& scenario, const ReplayOutcome& outcome, const RunHistory& history,
                      const Trajectory& truth) {
   RunVerdict verdict;
   verdict.problem = outcome.problem;
   verdict.frames = history.frames.size();
   verdict.poses = outcome.poses;
-  const bool unknown = scenario.navigation == app::NavigationKind::noncoop;
-  verdict.nees_degrees_of_freedom = unknown ? 3 : 6;
+  verdict.nees_degrees_of_freedom = known_at_end(scenario) ? 6 : 3;
   Tally tally(scenario);
-  for (const RunHistory& track : tracks_of(history, unknown)) {
-    const auto evaluation = evaluate_run(track, truth, unknown ? AlignMode::start : AlignMode::none);
+  for (const RunHistory& track : tracks_of(history)) {
+    const auto evaluation = evaluate_run(track, truth, alignment_of(track));
     if (evaluation) tally.add(*evaluation, track);
   }
   tally.finish(verdict);

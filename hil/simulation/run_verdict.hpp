@@ -34,6 +34,15 @@ struct RunVerdict {
   int nees_degrees_of_freedom = 0;
 };
 
+/// A known target is the one that the run ends with; the NEES is of its poses (6 degrees of freedom), else of the attitude (3).
+[[nodiscard]] bool known_at_end(const SimulationScenario& scenario);
+
+/// How poses of one estimator are compared with the truth.
+[[nodiscard]] AlignMode alignment_of(const RunHistory& track);
+
+/// The last kind's poses alone: after a hand-over the frames of the two kinds have nothing in common.
+[[nodiscard]] RunHistory last_kind_of(const RunHistory& history);
+
 /// Poses of a cooperative target are compared as they are; those of an unknown one since the start of their track, in attitude, and
 /// for position after one scale and one body point were fitted (spec/conventions.md, `--align start`).
 /// Figures, over all poses: attitude_{rms,max,last}_deg, position_{rms,max}_m, rate_{mean,max}_deg_s (norm of the error of the rate

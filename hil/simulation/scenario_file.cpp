@@ -253,6 +253,8 @@ SimulationScenario read_scenario(const std::string& path, RunNumber run) {
   }
   if (root.has("render")) s.render = root.node("render");
   s.faults = read_faults(path, root.node("faults"));
+  if (!s.faults.empty() && s.sensor == SensorKind::features)
+    root.fail(root.node("faults"), "faults of a camera without images", "sensor: images, or no faults");
   s.reference = read_reference(path, root.node("reference"));
   read_errors(root, path, s);
   s.flight = read_flight(path, node, root, s);

@@ -56,8 +56,7 @@ Simulation::Simulation(const SimulationScenario& scenario, const ImageMakerFacto
     set_up_images(makers, link);
     return;
   }
-  if (!scenario_.faults.empty())
-    throw InputError(scenario_.path, 0, "faults of a camera without images", "sensor: images, or no faults");
+
   parts_->features =
       make_feature_driver(scenario_, plan_.true_rig, plan_.told_rig, plan_.frames, plan_.truth, clock_, link);
   cameras_ = {parts_->features.get()};

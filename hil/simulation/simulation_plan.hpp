@@ -4,6 +4,7 @@
 #include "fsw/geometry/camera_rig.hpp"
 #include "hil/io/trajectory.hpp"
 #include "hil/simulation/scenario_file.hpp"
+#include "hil/simulation/scene_state.hpp"
 #include "hil/simulation/simulated_camera.hpp"
 
 namespace relnav::hil {

@@ -70,8 +70,8 @@ RunDescription description_of(const SimulationScenario& scenario, const Simulati
 void write_files(const SimOptions& o, const SimulationScenario& scenario, const SimulationPlan& plan,
                  const ReplayOutcome& outcome, const RunHistory& history, const RunVerdict& verdict) {
   const RunDescription description = description_of(scenario, plan);
-  const bool unknown = scenario.navigation == app::NavigationKind::noncoop;
-  const auto evaluation = evaluate_run(history, plan.truth_at_stamps, unknown ? AlignMode::start : AlignMode::none);
+  const RunHistory last = last_kind_of(history);
+  const auto evaluation = evaluate_run(last, plan.truth_at_stamps, alignment_of(last));
   const Evaluation* judged = evaluation ? &*evaluation : nullptr;
   OutputFile truth(o.out + "/truth.tum");
   truth.line(trajectory_header);

@@ -52,8 +52,8 @@ const FlightSetup lights_mono_setup = read_setup();
 /// Steps until `frames` have led to a REL_STATE packet.
 void fly(hal::Camera& camera, std::size_t frames, KeptPackets& packets) {
   platform::host::SteadyClock clock;
-  const auto loop = hil::make_flight_driver(flight_config_of(lights_mono_setup), lights_mono_setup.camera_file, clock, camera,
-                                            nullptr, packets);
+  const auto loop = hil::make_flight_driver(flight_config_of(lights_mono_setup), lights_mono_setup.camera_file, clock,
+                                            camera, nullptr, packets);
   CHECK_TRUE(loop->start() == Status::ok);
   constexpr int most_steps = 500;
   for (int i = 0; i < most_steps && packets.of(telemetry::PacketId::rel_state).size() < frames; ++i)

@@ -51,8 +51,9 @@ TEST(FlightConfigFile, CooperativeModesHaveTheirSection) {
 
 TEST(FlightConfigFile, MessagesNameFileLineAndExpectation) {
   CHECK_MESSAGE_HOLDS(failure("filter:\n  gate: 3\n"), "c.yaml:2: unknown key 'filter.gate' (expected one of ");
-  CHECK_MESSAGE_HOLDS(failure("filters:\n  gate: 3\n"),
-                      "c.yaml:1: unknown section 'filters' (expected one of cooperative, filter, front_end, loop)");
+  CHECK_MESSAGE_HOLDS(
+      failure("filters:\n  gate: 3\n"),
+      "c.yaml:1: unknown section 'filters' (expected one of cooperative, exposure, filter, front_end, loop)");
   CHECK_MESSAGE_HOLDS(failure("filter:\n  gate_chi2: .nan\n"),
                       "c.yaml:2: filter.gate_chi2 is '.nan' (expected a positive number)");
   CHECK_MESSAGE_HOLDS(failure("filter:\n  gate_chi2: nan\n"), "expected a positive number");
@@ -139,7 +140,9 @@ TEST_GROUP(FlightDriver) {
     return setup;
   }
   std::string failure(const FlightSetup& setup) {
-    return message_of([&] { static_cast<void>(make_flight_driver(flight_config_of(setup), "mine.yaml", clock, camera, nullptr, link)); });
+    return message_of([&] {
+      static_cast<void>(make_flight_driver(flight_config_of(setup), "mine.yaml", clock, camera, nullptr, link));
+    });
   }
 };
 
