@@ -289,4 +289,24 @@ std::uint32_t MeshScene::blocked(const RayPacket& rays, bool is_coherent) const 
   return bits;
 }
 
+bool MeshScene::encloses(Vec3f p_T) const {
+  const float reach = norm(p_T - bounds_.centre_T);
+  if (reach >= bounds_.radius) return false;
+  // Evenly over the sphere (Fibonacci lattice; Gonzalez, Mathematical Geosciences 42, 2010).
+  constexpr std::size_t packets = 8;
+  constexpr double golden_rad = 2.399963229728653;
+  for (std::size_t packet = 0; packet < packets; ++packet) {
+    RayPacket rays;
+    for (std::size_t i = 0; i < RayPacket::size; ++i) {
+      const auto k = static_cast<double>(packet * RayPacket::size + i);
+      const double z = 1.0 - (2.0 * k + 1.0) / static_cast<double>(packets * RayPacket::size);
+      const double r = std::sqrt(1.0 - z * z);
+      rays.set(i, p_T, to_float(Vec3(r * std::cos(golden_rad * k), r * std::sin(golden_rad * k), z)),
+               reach + bounds_.radius);
+    }
+    if (blocked(rays, false) != 0xFFU) return false;
+  }
+  return true;
+}
+
 }  // namespace relnav::hil

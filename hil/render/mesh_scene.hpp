@@ -70,6 +70,9 @@ class MeshScene {
   /// Bit i: something is in the way of ray i between 0 and its `longest`.
   [[nodiscard]] std::uint32_t blocked(const RayPacket& rays, bool is_coherent) const;
 
+  /// Nothing but mesh around the point, whichever way one looks.
+  [[nodiscard]] bool encloses(Vec3f p_T) const;
+
   [[nodiscard]] const Mesh& mesh() const { return mesh_; }
   [[nodiscard]] Vec3f face_T(std::uint32_t triangle) const { return facets_[triangle].face_T; }
   /// Piece of surface without a crease: triangles that share corners.

@@ -16,6 +16,7 @@ class SceneImageMaker final : public ImageMaker {
   SceneImageMaker(const SimulationScenario& scenario, const CameraModel& camera, std::uint64_t seed)
       : renderer_(settings_of(scenario), camera, scenario.target.features.empty() ? nullptr : &scenario.target, seed) {}
 
+  [[nodiscard]] bool is_inside(const SceneState& state) const override { return renderer_.is_inside(state); }
   void make(const SceneState& mid, std::uint32_t frame, const hal::Exposure& exposure, Image& image) override {
     renderer_.render(
         mid.time, frame, exposure.time.seconds(), exposure.gain, [&](Time time) { return moved_on(mid, time); }, image);

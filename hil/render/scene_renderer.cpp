@@ -555,6 +555,10 @@ SceneRenderer::SceneRenderer(const RenderSettings& settings, const CameraModel& 
 
 SceneRenderer::~SceneRenderer() = default;
 
+bool SceneRenderer::is_inside(const SceneState& state) const {
+  return state_->scene.encloses(to_float(Vec3(-(state.R_CT.transpose() * state.t_CT))));
+}
+
 void SceneRenderer::render(Time mid_exposure, std::uint32_t frame, double exposure_s, double gain,
                            const std::function<SceneState(Time)>& state_at, Image& out) {
   state_->render(mid_exposure, frame, exposure_s, gain, state_at, out);

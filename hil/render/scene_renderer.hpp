@@ -29,6 +29,9 @@ class SceneRenderer {
   SceneRenderer(const SceneRenderer&) = delete;
   SceneRenderer& operator=(const SceneRenderer&) = delete;
 
+  /// The camera is inside of the mesh.
+  [[nodiscard]] bool is_inside(const SceneState& state) const;
+
   /// `state_at`: truth, asked within the exposure of every row. `mid_exposure`: of the row in the middle, with a rolling
   /// shutter. `frame`: makes this frame's noise. `exposure_s`, `gain`: as the flight code set them (hal/exposure_control.hpp).
   void render(Time mid_exposure, std::uint32_t frame, double exposure_s, double gain,

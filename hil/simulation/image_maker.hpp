@@ -13,6 +13,8 @@ namespace relnav::hil {
 class ImageMaker {
  public:
   virtual ~ImageMaker() = default;
+  /// The camera is inside of the target.
+  [[nodiscard]] virtual bool is_inside(const SceneState& state) const = 0;
   /// `mid`: the scene at mid-exposure, in this camera's frame. `frame`: its number, part of the noise's seed.
   virtual void make(const SceneState& mid, std::uint32_t frame, const hal::Exposure& exposure, Image& image) = 0;
 

@@ -4,6 +4,7 @@
 #include "hil/simulation/feature_driver.hpp"
 #include "hil/simulation/scene_motion.hpp"
 #include "platform/files/input_error.hpp"
+#include "platform/files/text.hpp"
 
 namespace relnav::hil {
 namespace {
@@ -74,6 +75,7 @@ void Simulation::set_up_images(const ImageMakerFactory& makers, hal::PacketLink&
   const hal::Exposure exposure{Duration{static_cast<std::int64_t>(scenario_.exposure_s * 1e9)}, scenario_.gain};
   for (std::size_t c = 0; c < plan_.true_rig.size(); ++c) {
     parts_->makers.push_back(makers(scenario_, plan_.true_rig[c].model, scenario_.seed + c));
+    check_outside(c);
     // A fault hits the first camera; a pair goes on with the other.
     parts_->cameras.push_back(std::make_unique<SimulatedCamera>(
         plan_.frames, c == 0 ? scenario_.faults : std::vector<Fault>(), clock_,
@@ -94,6 +96,16 @@ void Simulation::set_up_images(const ImageMakerFactory& makers, hal::PacketLink&
   later.navigation = scenario_.handover.navigation;
   const Time when{simulation_start_ns + static_cast<std::int64_t>(scenario_.handover.at_s * 1e9)};
   parts_->flight = std::make_unique<HandoverDriver>(std::move(flight), later, when, clock_);
+}
+
+void Simulation::check_outside(std::size_t camera) const {
+  for (const SceneState& truth : plan_.truth) {
+    if (!parts_->makers[camera]->is_inside(seen_by(plan_.true_rig[camera], truth))) continue;
+    throw InputError(scenario_.path, 0,
+                     format_text("camera %zu is inside of the target's mesh after %.3f s", camera,
+                                 (truth.time - Time{simulation_start_ns}).seconds()),
+                     "a way that stays outside");
+  }
 }
 
 void Simulation::make_frame(std::size_t camera, std::size_t number, const hal::Exposure& exposure, Image& image) {

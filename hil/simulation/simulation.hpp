@@ -30,6 +30,7 @@ class Simulation {
 
  private:
   struct Parts;
+  void check_outside(std::size_t camera) const;
   void make_frame(std::size_t camera, std::size_t number, const hal::Exposure& exposure, Image& image);
   void set_up_images(const ImageMakerFactory& makers, hal::PacketLink& link);
 

@@ -1,3 +1,4 @@
+#include <algorithm>
 #include <chrono>
 #include <cmath>
 #include <cstdio>
@@ -31,6 +32,7 @@ struct SimOptions {
   std::string capture;
   std::string rate = "max";
   std::uint64_t run = 0;
+  double duration_s = 0.0;  ///< 0: the scenario's
   bool force = false;
 };
 
@@ -93,7 +95,8 @@ int run(const SimOptions& o) {
   if (!o.tlm.empty()) static_cast<void>(parse_udp_url(o.tlm));
   // All input is looked at before any output is touched.
   const auto begin = std::chrono::steady_clock::now();
-  const SimulationScenario scenario = read_scenario(o.scenario, {o.run});
+  SimulationScenario scenario = read_scenario(o.scenario, {o.run});
+  if (o.duration_s > 0.0) scenario.duration_s = std::min(scenario.duration_s, o.duration_s);
   TelemetryLink link;
   if (!o.tlm.empty()) link.add_udp(o.tlm);
   Simulation simulation(scenario, image_makers(), o.rate == "real", link);
@@ -158,6 +161,9 @@ void add_sim_command(CLI::App& app, int& exit_status) {
   command
       ->add_option("--run", o->run, "Which run of a campaign: its seed and dispersions; 0: the scenario as it stands")
       ->option_text("N [0]");
+  command->add_option("--for", o->duration_s, "Only the beginning: at most so many seconds of the scenario")
+      ->check(CLI::PositiveNumber)
+      ->option_text("SECONDS");
   command->add_option("--capture", o->capture,
                       "Folder for the frames and their truth, as a data set for relnav replay");
   command->add_option("--tlm", o->tlm, "Also send telemetry to udp://HOST:PORT");

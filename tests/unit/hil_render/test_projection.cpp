@@ -200,3 +200,16 @@ TEST(RenderProjection, ALightWithANormalIsDarkFromBehind) {
   CHECK(level(image, static_cast<std::uint32_t>(toward.x()), static_cast<std::uint32_t>(toward.y())) > 30'000.0);
   DOUBLES_EQUAL(0.0, level(image, static_cast<std::uint32_t>(away.x()), static_cast<std::uint32_t>(away.y())), 0.5);
 }
+
+TEST(RenderProjection, ACameraIsInsideWhereTheMeshIsAllAround) {
+  const SceneRenderer renderer(plain_settings(), camera_of(64, 48, 60.0, false), nullptr, 1);
+  SceneState state;
+  const auto at = [&](double x, double y, double z) {
+    state.t_CT = -Vec3(x, y, z);  // axes of T and C alike
+    return renderer.is_inside(state);
+  };
+  CHECK_TRUE(at(0.5, 0.4, 0.5));    // in the bus
+  CHECK_FALSE(at(0.0, 0.0, -3.0));  // ahead of the docking face
+  CHECK_FALSE(at(1.2, 1.2, -0.5));  // within reach of the wings, outside
+  CHECK_FALSE(at(40.0, 0.0, 0.0));
+}

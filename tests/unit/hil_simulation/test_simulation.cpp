@@ -38,6 +38,7 @@ const std::string scenarios = std::string(RELNAV_SOURCE_DIR) + "/hil/scenarios/"
 class PlainMaker final : public ImageMaker {
  public:
   PlainMaker(std::uint32_t width_px, std::uint32_t height_px) : width_px_(width_px), height_px_(height_px) {}
+  bool is_inside(const SceneState& state) const override { return state.t_CT.norm() < 1.0; }
   void make(const SceneState&, std::uint32_t frame, const hal::Exposure&, Image& image) override {
     image = {width_px_, height_px_, 1, std::vector<std::uint8_t>(std::size_t{width_px_} * height_px_)};
     image.bytes[frame] = 255;
@@ -135,6 +136,16 @@ TEST(Simulation, FlyingBlindIsNoPose) {
   CHECK_TRUE(flown.verdict.end == RunEnd::no_pose);
   LONGS_EQUAL(31, flown.verdict.frames);
   CHECK_TRUE(exit_status_of(flown.outcome) == 1);
+}
+
+TEST(Simulation, ACameraInsideOfTheTargetIsRefusedWithItsTime) {
+  const std::string path =
+      scratch.write("in.yaml",
+                    "mode: noncoop\nduration_s: 3\nrate_hz: 10\ncamera: {width_px: 320, height_px: "
+                    "240, fu_px: 400}\nmotion: {chaser: {range_m: 3, legs: [{straight: {to_range_m: 0.5, "
+                    "duration_s: 2, pace: constant}}]}}\n");
+  CHECK_MESSAGE_HOLDS(relnav::test::message_of([&] { static_cast<void>(fly(read_scenario(path))); }),
+                      "in.yaml: camera 0 is inside of the target's mesh after 1.700 s");
 }
 
 TEST(Simulation, AHandOverChangesTheEstimatorAtItsTime) {
