@@ -99,6 +99,8 @@ Json truth_json(const RunHistory& history, const Evaluation& evaluation, const T
   };
   const Mat3 first = truth[evaluation.association.pairs.front().truth].R_CT;
   const Vec3 nothing = Vec3::Constant(none);
+  // A known target frame has no point to be fitted.
+  const Vec3 b_T = evaluation.body_point ? evaluation.body_point->b_T : Vec3(Vec3::Zero());
   Json json;
   json["attitude"] = axes(history, [&](const FrameRecord& r) {
     const TimedPose* p = find(pose_at, r);
@@ -114,7 +116,7 @@ Json truth_json(const RunHistory& history, const Evaluation& evaluation, const T
   });
   json["position"] = axes(history, [&](const FrameRecord& r) {
     const TimedPose* p = find(pose_at, r);
-    return p != nullptr ? Vec3(p->t_CT + p->R_CT * evaluation.body_point->b_T) : nothing;
+    return p != nullptr ? Vec3(p->t_CT + p->R_CT * b_T) : nothing;
   });
   json["nees"] = column(history, [&](const FrameRecord& r) {
     const EpochError* e = find(error_at, r);
@@ -177,11 +179,12 @@ Json figures_json(const std::vector<ReportFigure>& figures) {
 std::string report_html(const RunDescription& description, const ReplayOutcome& outcome, const RunHistory& history,
                         const Evaluation* evaluation, const Trajectory* truth,
                         const std::vector<ReportFigure>& figures) {
-  const bool judged = evaluation != nullptr && evaluation->body_point && truth != nullptr;
-  const double scale = judged ? evaluation->body_point->scale : 1.0;
+  const bool judged = evaluation != nullptr && truth != nullptr;
+  const double scale = judged && evaluation->body_point ? evaluation->body_point->scale : 1.0;
   Json data;
   data["summary"] = Json::parse(summary_json(description, outcome, history, evaluation));
   data["scale"] = scale;
+  data["fitted"] = judged && evaluation->body_point.has_value();
   data["estimate"] = estimate_json(history, scale);
   data["truth"] = judged ? truth_json(history, *evaluation, *truth) : Json(nullptr);
   data["snapshots"] = snapshots_json(history);

@@ -118,9 +118,10 @@
     if (truth) error(s, "Attitude error, deg", "Truth minus estimate, referred to the first pose. Dashed: the filter's 3σ.", truth.attitude_error, estimate.attitude_3sigma);
     else plot(s, "Attitude 3σ, deg", "What the filter believes of its error; there is no truth to compare with.", axisNames.map((n, a) => line(n, axisColours[a])), estimate.attitude_3sigma);
     against(s, "Rate, deg/s", `Axes of the camera. Band: 3σ.${truth ? " Dashed: truth over a window (see summary.json)." : ""}`, estimate.rate, estimate.rate_3sigma, truth && truth.rate);
-    const scaled = truth ? ` Scaled by the fitted ${round(data.scale, 4)}.` : "";
+    const known = data.fitted === false;
+    const scaled = truth && !known ? ` Scaled by the fitted ${round(data.scale, 4)}.` : "";
     against(s, "Position, m", `Target in the camera.${scaled} Band: 3σ.${withTruth}`, estimate.position, estimate.position_3sigma, truth && truth.position);
-    if (truth) error(s, "Position error, m", "Truth minus estimate, one scale and one body point fitted. Dashed: 3σ.", truth.position_error, estimate.position_3sigma);
+    if (truth) error(s, "Position error, m", known ? "Truth minus estimate. Dashed: 3σ." : "Truth minus estimate, one scale and one body point fitted. Dashed: 3σ.", truth.position_error, estimate.position_3sigma);
     if (truth && truth.nees && truth.nees.some((v) => v !== null)) {
       const band = truth.nees_band || [null, null], level = (v) => t.map(() => v), thin = { dash: [4, 4], width: 1 };
       plot(s, "NEES", "Normalised estimation error squared, one epoch at a time. Dashed: 95 % band of an honest covariance.",
