@@ -110,8 +110,16 @@ void CampaignFolder::lock(CampaignUse use) {
   FileHandle directory(::open(folder_.c_str(), O_RDONLY | O_DIRECTORY | O_CLOEXEC));
   if (!directory.is_open())
     throw InputError(folder_, 0, std::string("cannot be opened: ") + std::strerror(errno), "a writable output folder");
-  if (::flock(directory.get(), (use == CampaignUse::alone ? LOCK_EX : LOCK_SH) | LOCK_NB) != 0 && errno == EWOULDBLOCK)
-    throw InputError(folder_, 0, "is in use by another relnav montecarlo", "that it has ended");
+  // A campaign that was killed takes its runs along, but not in the same instant, and a run that has just been forked holds the lock.
+  const int kind = (use == CampaignUse::alone ? LOCK_EX : LOCK_SH) | LOCK_NB;
+  constexpr int attempts = 100;
+  constexpr useconds_t pause_us = 20'000;
+  bool taken = false;
+  for (int i = 0; i < attempts && !taken; ++i) {
+    taken = ::flock(directory.get(), kind) == 0 || errno != EWOULDBLOCK;
+    if (!taken) ::usleep(pause_us);
+  }
+  if (!taken) throw InputError(folder_, 0, "is in use by another relnav montecarlo", "that it has ended");
   lock_.emplace(std::move(directory));
   if (use != CampaignUse::alone) return;
   std::error_code ignored;
