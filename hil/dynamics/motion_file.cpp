@@ -13,7 +13,6 @@ namespace {
 
 constexpr double most_m = 1e6;
 constexpr double most_s = 1e6;
-constexpr Words<bool, 2> yes_no{{{"true", true}, {"false", false}}};
 constexpr Words<bool, 2> relative_words{{{"camera", true}, {"lvlh", false}}};
 constexpr Words<bool, 2> pointing_words{{{"target", true}, {"fixed", false}}};
 constexpr Words<bool, 2> own_pointing_words{{{"target", false}, {"lvlh", true}}};
@@ -32,20 +31,6 @@ double number(const FileSection& section, const char* key, double low, double hi
   return section.number_or(key, low, high, low);
 }
 
-Vec3 three(const FileSection& section, const char* key, double most) {
-  const std::string expectation = format_text("three numbers from %g to %g", -most, most);
-  const std::vector<double> list = section.numbers(key, expectation);
-  if (list.size() != 3) section.fail(section.node(key), std::to_string(list.size()) + " numbers", expectation);
-  for (const double value : list) {
-    if (std::abs(value) > most) section.fail(section.node(key), format_text("number %g", value), expectation);
-  }
-  return {list[0], list[1], list[2]};
-}
-
-Vec3 three_or_zero(const FileSection& section, const char* key, double most) {
-  return section.has(key) ? three(section, key, most) : Vec3::Zero();
-}
-
 /// Unit vector from a word or a list.
 Vec3 direction(const FileSection& section, const char* key, bool orbit) {
   const YAML::Node node = section.require(key, direction_expectation);
@@ -58,7 +43,7 @@ Vec3 direction(const FileSection& section, const char* key, bool orbit) {
     if (orbit && name == "r-bar") return sign * Vec3::UnitZ();
     section.fail(node, "direction " + in_quotes(node.Scalar()), direction_expectation);
   }
-  const Vec3 v = three(section, key, 1e12);
+  const Vec3 v = section.three(key, 1e12);
   if (v.norm() < 1e-9) section.fail(node, std::string(key) + " has no length", direction_expectation);
   return v.normalized();
 }
@@ -99,7 +84,7 @@ void read_sun(const FileSection& section, MotionSettings& motion) {
 }
 
 Mat3 read_rotation(const FileSection& section) {
-  if (!section.has("quaternion_xyzw")) return rotation_of_angles(three_or_zero(section, "angles_deg", 360.0));
+  if (!section.has("quaternion_xyzw")) return rotation_of_angles(section.three_or("angles_deg", 360.0, Vec3::Zero()));
   const std::string expectation = "four numbers of a unit quaternion, x y z w";
   if (section.has("angles_deg"))
     section.fail(section.node("angles_deg"), "angles_deg and quaternion_xyzw", "one of them");
@@ -148,7 +133,7 @@ TargetSettings read_target(const FileSection& section, bool orbit) {
     section.fail(section.node("stabilised"), "lvlh without an orbit", "none, inertial, camera, or motion.orbit");
   target.R_0T = read_rotation(section);
   if (!target.relative_to_camera) target.R_0T = target.R_0T * forward_in_lvlh();
-  target.omega_T = three_or_zero(section, "rate_deg_s", 360.0) / degrees_per_radian;
+  target.omega_T = section.three_or("rate_deg_s", 360.0, Vec3::Zero()) / degrees_per_radian;
   for (const char* key : {"inertia_kg_m2", "torque_noise_Nm_s05"}) {
     if (section.has(key) && target.stabilised != Stabilised::none)
       section.fail(section.node(key), std::string(key) + " of a stabilised target", "it with stabilised: none only");
@@ -183,7 +168,7 @@ StraightLeg read_straight(const FileSection& leg) {
   StraightLeg straight;
   if (leg.has("to_range_m") == leg.has("to_m"))
     leg.fail(leg.map(), "where the line ends is not said, or said twice", "one of to_range_m and to_m");
-  if (leg.has("to_m")) straight.to_L = three(leg, "to_m", most_m);
+  if (leg.has("to_m")) straight.to_L = leg.three("to_m", most_m);
   if (leg.has("to_range_m")) straight.to_range_m = number(leg, "to_range_m", 1e-3, most_m);
   straight.pace = read_pace(leg, "m");
   return straight;
@@ -210,7 +195,7 @@ CloseLeg read_close(const FileSection& leg) {
 DriftLeg read_drift(const FileSection& leg) {
   DriftLeg drift;
   drift.duration_s = number(leg, "duration_s", 1e-3, most_s);
-  if (leg.has("velocity_m_s")) drift.velocity_L = three(leg, "velocity_m_s", 1e3);
+  if (leg.has("velocity_m_s")) drift.velocity_L = leg.three("velocity_m_s", 1e3);
   drift.acceleration_density = leg.number_or("acceleration_noise_m_s15", 0.0, 1e3, 0.0);
   return drift;
 }
@@ -257,7 +242,7 @@ void read_start(const FileSection& section, bool orbit, ChaserSettings& chaser) 
   if (section.has("position_m")) {
     if (section.has("direction"))
       section.fail(section.node("direction"), "direction with position_m", "it with range_m only");
-    chaser.start_L = three(section, "position_m", most_m);
+    chaser.start_L = section.three("position_m", most_m);
     if (chaser.start_L.norm() < 1e-3)
       section.fail(section.node("position_m"), "a range of zero", "a range of at least 0.001 m");
     return;
@@ -278,7 +263,7 @@ void read_own_orbit(const FileSection& section, ChaserSettings& chaser) {
     section.fail(section.node("rate_deg_s"), "rate_deg_s of a camera that is aimed", "it with pointing: lvlh only");
   const Mat3 R = read_rotation(section);
   (chaser.own_frame ? chaser.R_LC : chaser.R_PC) = chaser.own_frame ? Mat3(R * forward_in_lvlh()) : R;
-  chaser.omega_LC_C = three_or_zero(section, "rate_deg_s", 360.0) / degrees_per_radian;
+  chaser.omega_LC_C = section.three_or("rate_deg_s", 360.0, Vec3::Zero()) / degrees_per_radian;
 }
 
 ChaserSettings read_chaser(const FileSection& section, bool orbit, const TargetSettings& target) {
@@ -357,7 +342,7 @@ MotionSettings read_motion(const FileSection& section) {
     keys.emplace_back("j2");
     const FileSection orbit = section.section("orbit", keys);
     motion.orbit = read_orbit(orbit);
-    motion.j2 = orbit.word_or("j2", yes_no, false);
+    motion.j2 = orbit.yes_no_or("j2", false);
   }
   read_sun(section, motion);
   if (section.has("target")) {

@@ -63,6 +63,7 @@ class UnknownTargetDriver final : public FeatureDriver {
   void restart() override { started_ = false; }
   [[nodiscard]] bool has_started() const override { return started_; }
   [[nodiscard]] bool is_starting() const override { return filter_.is_starting(); }
+  [[nodiscard]] bool predicts() const override { return true; }
 
   hal::Clock& clock_;
   SurfaceSensor sensor_;
@@ -95,6 +96,7 @@ class KnownTargetDriver final : public FeatureDriver {
   void restart() override { started_ = false; }
   [[nodiscard]] bool has_started() const override { return started_; }
   [[nodiscard]] bool is_starting() const override { return false; }
+  [[nodiscard]] bool predicts() const override { return false; }
 
   LightSensor sensor_;
   EpochSolver solver_;
@@ -160,8 +162,8 @@ void FeatureDriver::judge(bool was_started, const app::FrameStamp& stamp) {
   if (!was_started && report_.mode == app::Mode::lost) change_mode(app::Mode::acquire, Status::ok, stamp);
   const bool broken =
       status == Status::not_finite || status == Status::not_positive_definite || status == Status::no_convergence;
-  if (broken && report_.estimator == telemetry::Estimator::inverse_depth_ekf) return give_up(status, stamp);
-  if (status != Status::ok && report_.estimator == telemetry::Estimator::inverse_depth_ekf) {
+  if (broken && predicts()) return give_up(status, stamp);
+  if (status != Status::ok && predicts()) {
     // The update was refused: the state is the predicted one, and valid as such.
     if (report_.refused_updates < UINT16_MAX) ++report_.refused_updates;
     report_.status = Status::ok;

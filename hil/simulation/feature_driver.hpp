@@ -37,6 +37,8 @@ class FeatureDriver : public StepDriver, public RunCamera {
   virtual void restart() = 0;
   [[nodiscard]] virtual bool has_started() const = 0;
   [[nodiscard]] virtual bool is_starting() const = 0;
+  /// Goes on by its prediction where an update is refused, and may break; else each frame stands by itself.
+  [[nodiscard]] virtual bool predicts() const = 0;
   [[nodiscard]] const app::FlightLoopConfig& config() const { return config_; }
 
  private:

@@ -143,9 +143,8 @@ const char* to_string(RunEnd end) {
     case RunEnd::lost: return "lost";
     case RunEnd::no_pose: return "no_pose";
     case RunEnd::wrong_pose: return "wrong_pose";
-    case RunEnd::error: return "error";
   }
-  return "error";
+  return "unknown";
 }
 
 bool known_at_end(const SimulationScenario& scenario) {

@@ -16,7 +16,6 @@ enum class RunEnd : std::uint8_t {
   lost,        ///< ended without track
   no_pose,     ///< never had one
   wrong_pose,  ///< called a wrong pose valid, whatever else
-  error,       ///< could not be run
 };
 [[nodiscard]] const char* to_string(RunEnd end);
 

@@ -10,19 +10,16 @@
 #include "platform/files/file_section.hpp"
 #include "platform/files/flight_config_file.hpp"
 #include "platform/files/flight_setup.hpp"
+#include "platform/files/flight_words.hpp"
 #include "platform/files/target_file.hpp"
 
 namespace relnav::hil {
 namespace {
 
 constexpr double most_px = 1e6;
+constexpr double most_m = 1e6;
 
-constexpr Words<app::NavigationKind, 3> scenario_modes{{{"noncoop", app::NavigationKind::noncoop},
-                                                        {"coop-mono", app::NavigationKind::coop_mono},
-                                                        {"coop-stereo", app::NavigationKind::coop_stereo}}};
 constexpr Words<SensorKind, 2> sensor_words{{{"images", SensorKind::images}, {"features", SensorKind::features}}};
-constexpr Words<bool, 2> scenario_yes_no{{{"true", true}, {"false", false}}};
-constexpr Words<bool, 2> scenario_motions{{{"rigid-target", true}, {"camera", false}}};
 
 /// Everything a scenario depends on, for its checksum.
 class NamedFiles {
@@ -35,14 +32,6 @@ class NamedFiles {
  private:
   std::string text_;
 };
-
-Vec3 three_numbers(const std::string& path, const FileSection& section, const char* key, const Vec3& fallback) {
-  if (!section.has(key)) return fallback;
-  const YAML::Node node = section.node(key);
-  const std::vector<double> n = YamlReader(path, node).numbers(node, key);
-  if (n.size() != 3) section.fail(node, std::string(key) + " has " + std::to_string(n.size()) + " numbers", "three");
-  return {n[0], n[1], n[2]};
-}
 
 /// `file: PATH`, or the numbers themselves.
 CameraCalibration read_scenario_camera(const std::string& path, const FileSection& root, const char* key, int index,
@@ -69,11 +58,11 @@ CameraCalibration read_scenario_camera(const std::string& path, const FileSectio
     k.coefficients[i] = section.number_or(names[i], -10.0, 10.0, 0.0);
     if (k.coefficients[i] != 0.0) k.model = DistortionModel::radial_tangential;
   }
-  camera.T_BC.topRightCorner<3, 1>() = three_numbers(path, section, "t_BC_m", Vec3::Zero());
+  camera.T_BC.topRightCorner<3, 1>() = section.three_or("t_BC_m", most_m, Vec3::Zero());
   return camera;
 }
 
-FeatureSettings read_features(const std::string& path, const FileSection& section) {
+FeatureSettings read_features(const FileSection& section) {
   FeatureSettings f;
   constexpr std::int64_t most_points = 100'000;
   f.count = static_cast<int>(section.whole_or("count", 4, static_cast<std::int64_t>(config::max_features), f.count));
@@ -83,8 +72,8 @@ FeatureSettings read_features(const std::string& path, const FileSection& sectio
   f.outlier_px = section.number_or("outlier_px", 0.0, most_px, f.outlier_px);
   f.missed_share = section.number_or("missed_share", 0.0, 0.99, f.missed_share);
   f.body_points = static_cast<int>(section.whole_or("body_points", 10, most_points, f.body_points));
-  f.opaque_body = section.word_or("opaque_body", scenario_yes_no, f.opaque_body);
-  f.half_size_m = three_numbers(path, section, "half_size_m", f.half_size_m);
+  f.opaque_body = section.yes_no_or("opaque_body", f.opaque_body);
+  f.half_size_m = section.three_or("half_size_m", most_m, f.half_size_m);
   if (f.half_size_m.minCoeff() <= 0.0)
     section.fail(section.node("half_size_m"), "features.half_size_m is not positive", "half the edges of a box, m");
   return f;
@@ -136,8 +125,7 @@ app::FlightLoopConfig read_flight(const std::string& path, const YAML::Node& nod
                              {"motion", "range_m", "range_sigma_m", "range_error_m"});
     if (!noncoop)
       flight.fail(root.node("flight"), "section flight with a cooperative mode", "it with mode noncoop only");
-    constexpr double most_m = 1e6;
-    setup.rigid_target = flight.word_or("motion", scenario_motions, true);
+    setup.rigid_target = flight.word_or("motion", motion_words, true);
     setup.range_m = flight.number_or("range_m", 1e-3, most_m, 0.0);
     setup.range_sigma_m = flight.number_or("range_sigma_m", 0.0, most_m, -1.0);
     if (setup.range_m <= 0.0) {
@@ -207,7 +195,7 @@ SimulationScenario read_scenario(const std::string& path, RunNumber run) {
   s.source = root.text_or("source", "");
   s.seed = seed_of_run(static_cast<std::uint64_t>(root.whole_or("seed", 0, std::int64_t{1} << 62, 1)), run);
   if (run.number > 0) s.dispersed = disperse(path, node, s.seed);
-  s.navigation = root.word("mode", scenario_modes);
+  s.navigation = root.word("mode", mode_words);
   s.sensor = root.word_or("sensor", sensor_words, SensorKind::images);
   constexpr double longest_s = 1e6;
   s.duration_s = root.number_or("duration_s", 1e-3, longest_s, s.duration_s);
@@ -233,7 +221,7 @@ SimulationScenario read_scenario(const std::string& path, RunNumber run) {
   if (root.has("handover")) {
     const FileSection h(path, root.node("handover"), "handover", {"at_s", "mode"});
     s.handover.at_s = h.number_or("at_s", 0.0, longest_s, 0.0);
-    s.handover.navigation = h.word("mode", scenario_modes);
+    s.handover.navigation = h.word("mode", mode_words);
     if (stereo || s.handover.navigation == app::NavigationKind::coop_stereo)
       h.fail(h.node("mode"), "a hand-over with two cameras", "noncoop and coop-mono");
     if (s.sensor == SensorKind::features) h.fail(root.node("handover"), "a hand-over without images", "sensor: images");
@@ -246,12 +234,13 @@ SimulationScenario read_scenario(const std::string& path, RunNumber run) {
     static_cast<void>(root.require("target", "a target model with a cooperative mode"));
   }
   if (root.has("features")) {
-    s.features =
-        read_features(path, FileSection(path, root.node("features"), "features",
-                                        {"count", "sigma_px", "first_view_sigma_px", "outlier_share", "outlier_px",
-                                         "missed_share", "body_points", "half_size_m", "opaque_body"}));
+    s.features = read_features(FileSection(path, root.node("features"), "features",
+                                           {"count", "sigma_px", "first_view_sigma_px", "outlier_share", "outlier_px",
+                                            "missed_share", "body_points", "half_size_m", "opaque_body"}));
   }
   if (root.has("render")) s.render = root.node("render");
+  if (s.render.IsMap() && s.render["mesh"])
+    named.add((std::filesystem::path(path).parent_path() / s.render["mesh"].Scalar()).string());
   s.faults = read_faults(path, root.node("faults"));
   if (!s.faults.empty() && s.sensor == SensorKind::features)
     root.fail(root.node("faults"), "faults of a camera without images", "sensor: images, or no faults");

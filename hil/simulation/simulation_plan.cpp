@@ -1,6 +1,7 @@
 #include "hil/simulation/simulation_plan.hpp"
 
 #include <cmath>
+#include <stdexcept>
 
 #include "hil/dynamics/relative_motion.hpp"
 #include "hil/scenarios/gaussian.hpp"
@@ -42,6 +43,16 @@ TimedPose pose_at_stamp(const SceneState& state, std::int64_t jump_ns, Time stam
   return pose;
 }
 
+/// What only the course of a run shows (a random drift through the target) is about the file, too.
+SceneState state_at(RelativeMotion& motion, Time time, const std::string& file) {
+  try {
+    return motion.at(time);
+  } catch (const std::domain_error& error) {
+    throw InputError(file, 0, format_text("after %.3f s: ", (time - Time{}).seconds()) + error.what(),
+                     "a way around it");
+  }
+}
+
 }  // namespace
 
 SimulationPlan plan_simulation(const SimulationScenario& scenario) {
@@ -57,7 +68,7 @@ SimulationPlan plan_simulation(const SimulationScenario& scenario) {
   const auto count = static_cast<std::int64_t>(std::floor(scenario.duration_s * scenario.rate_hz)) + 1;
   for (std::int64_t k = 0; k < count; ++k) {
     const Time since_start{std::llround(static_cast<double>(k) / scenario.rate_hz * 1e9)};
-    SceneState state = motion.at(since_start);
+    SceneState state = state_at(motion, since_start, scenario.path);
     state.time = Time{simulation_start_ns + since_start.ns};
     if (!(state.t_CT.z() > 0.0)) {
       throw InputError(scenario.path, 0,

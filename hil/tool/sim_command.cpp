@@ -16,6 +16,7 @@
 #include "hil/tool/commands.hpp"
 #include "hil/tool/interrupt.hpp"
 #include "hil/tool/progress.hpp"
+#include "platform/files/flight_words.hpp"
 #include "platform/files/input_error.hpp"
 #ifdef RELNAV_HAS_RENDERER
 #include "hil/render/scene_image_maker.hpp"
@@ -45,10 +46,8 @@ ImageMakerFactory image_makers() {
 }
 
 const char* mode_name(app::NavigationKind navigation) {
-  switch (navigation) {
-    case app::NavigationKind::noncoop: return "noncoop";
-    case app::NavigationKind::coop_mono: return "coop-mono";
-    case app::NavigationKind::coop_stereo: return "coop-stereo";
+  for (const auto& [name, kind] : mode_words) {
+    if (kind == navigation) return name;
   }
   return "";
 }

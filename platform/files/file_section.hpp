@@ -11,6 +11,7 @@
 #include <utility>
 #include <vector>
 
+#include "fsw/math/types.hpp"
 #include "platform/files/input_error.hpp"
 #include "platform/files/text.hpp"
 #include "platform/files/yaml_reader.hpp"
@@ -102,6 +103,24 @@ class FileSection {
     const YAML::Node value = require(key, expectation);
     if (!value.IsSequence()) fail(value, full_name(key) + " is no list", expectation);
     return YamlReader(path_, node_).numbers(value, full_name(key));
+  }
+  /// Three of them, none larger than `most` in size.
+  [[nodiscard]] Vec3 three(const char* key, double most) const {
+    const std::string expectation = format_text("three numbers from %g to %g", -most, most);
+    const std::vector<double> list = numbers(key, expectation);
+    if (list.size() != 3)
+      fail(node(key), full_name(key) + ": " + std::to_string(list.size()) + " numbers", expectation);
+    for (const double value : list) {
+      if (std::abs(value) > most) fail(node(key), full_name(key) + format_text(" holds %g", value), expectation);
+    }
+    return {list[0], list[1], list[2]};
+  }
+  [[nodiscard]] Vec3 three_or(const char* key, double most, const Vec3& fallback) const {
+    return has(key) ? three(key, most) : fallback;
+  }
+  [[nodiscard]] bool yes_no_or(const char* key, bool fallback) const {
+    constexpr Words<bool, 2> words{{{"true", true}, {"false", false}}};
+    return word_or(key, words, fallback);
   }
   /// A section within, at a key or at a node below it.
   [[nodiscard]] FileSection section(const char* key, std::vector<std::string> keys) const {

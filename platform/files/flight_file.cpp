@@ -7,6 +7,7 @@
 #include "platform/files/file_section.hpp"
 #include "platform/files/flight_config_file.hpp"
 #include "platform/files/flight_setup.hpp"
+#include "platform/files/flight_words.hpp"
 #include "platform/files/input_error.hpp"
 #include "platform/files/target_file.hpp"
 #include "platform/files/text.hpp"
@@ -15,11 +16,6 @@
 namespace relnav {
 namespace {
 
-constexpr Words<app::NavigationKind, 3> mode_words{{{"noncoop", app::NavigationKind::noncoop},
-                                                    {"coop-mono", app::NavigationKind::coop_mono},
-                                                    {"coop-stereo", app::NavigationKind::coop_stereo}}};
-constexpr Words<bool, 2> motion_words{{{"rigid-target", true}, {"camera", false}}};
-constexpr Words<bool, 2> yes_no_words{{{"true", true}, {"false", false}}};
 constexpr Words<bool, 2> gain_words{{{"linear", false}, {"db", true}}};
 constexpr Words<CameraSource::Trigger, 3> trigger_words{{{"free-running", CameraSource::Trigger::free_running},
                                                          {"software", CameraSource::Trigger::software},
@@ -61,7 +57,7 @@ CameraSource read_source(const FileSection& section) {
   source.gain_step = section.number_or("gain_step", 1e-6, 1e6, 1.0);
   source.trigger = section.word_or("trigger", trigger_words, CameraSource::Trigger::free_running);
   source.stamps = section.word_or("stamps", stamp_words, CameraSource::Stamps::end_of_exposure);
-  source.copy_frames = section.word_or("copy_frames", yes_no_words, false);
+  source.copy_frames = section.yes_no_or("copy_frames", false);
   source.packet_bytes = static_cast<std::uint32_t>(section.whole_or("packet_bytes", 220, 65'535, 0));
   source.socket_buffer_bytes = static_cast<std::uint32_t>(section.whole_or("socket_buffer_bytes", 4096, most_bytes, 0));
   if (source.kind == CameraSource::Kind::aravis) return source;
@@ -245,7 +241,7 @@ FlightFile read_flight_file(const std::string& path) {
   }
   if (root.has("realtime")) {
     const FileSection realtime(path, root.node("realtime"), "realtime", {"lock_memory", "priority"});
-    flight.lock_memory = realtime.word_or("lock_memory", yes_no_words, true);
+    flight.lock_memory = realtime.yes_no_or("lock_memory", true);
     flight.priority = static_cast<int>(realtime.whole_or("priority", 0, 99, 0));
   }
   if (root.has("time")) {

@@ -109,6 +109,11 @@ TEST(ScenarioFile, TheChecksumIsOfTheFileAndOfAllItNames) {
   const std::uint32_t before = read(text).crc;
   CHECK_TRUE(read(text).crc == before);
   CHECK_TRUE(read(text + "# a word\n").crc != before);
+  scratch.write("m.obj", "v 0 0 0\n");
+  const std::string with_mesh = text + "render: {mesh: m.obj}\n";
+  const std::uint32_t of_mesh = read(with_mesh).crc;
+  scratch.write("m.obj", "v 0 0 1\n");
+  CHECK_TRUE(read(with_mesh).crc != of_mesh);
   scratch.write("t.yaml",
                 "frame: T\nfeatures:\n  - {id: 0, xyz: [0, 0, 0]}\n  - {id: 1, xyz: [1, 0, 0]}\n"
                 "  - {id: 2, xyz: [0, 1, 0]}\n  - {id: 3, xyz: [0, 0, 2]}\n");
