@@ -8,7 +8,9 @@ namespace relnav::hal {
 struct Exposure {
   Duration time;
   double gain = 1.0;  ///< levels of pixels are proportional to time and gain, as well as the camera keeps to that
-  friend bool operator==(const Exposure&, const Exposure&) = default;
+  friend bool operator==(const Exposure& a, const Exposure& b) {
+    return a.time == b.time && a.gain <= b.gain && a.gain >= b.gain;
+  }
 };
 
 /// Both ends belong to it.
