@@ -27,6 +27,7 @@ Status LineService::configure(const LineConfig& config) {
   naming_ = Naming();
   exposures_.reset();
   frame_ = {};
+  time_due_ = false;
   level_ = false;
   lines_ = {};
   if (gpio_ == nullptr) return Status::ok;
@@ -93,6 +94,8 @@ void LineService::serve() {
   if (gpio_ == nullptr) return;
   recover();
   if (lines_[pulse].held || lines_[exposure].held) read_edges();
+  // When all edges have been read: the exposure of the frame that is told of may have ended after the pulse.
+  if (time_due_) send_time(clock_.now());
   if (lines_[pulse].exists()) watch_time();
 }
 
@@ -125,6 +128,7 @@ void LineService::take(const hal::LineEdge& edge) {
 // ---- time ----
 
 void LineService::take_pulse(const hal::LineEdge& edge) {
+  if (time_due_) send_time(clock_.now());
   const TimeMap::Verdict verdict = time_.add(edge.time);
   if (verdict == TimeMap::Verdict::refused) return;
   if (verdict == TimeMap::Verdict::restarted) {
@@ -132,14 +136,13 @@ void LineService::take_pulse(const hal::LineEdge& edge) {
     sync_ = SyncStatus::none;
   }
   settle_naming(edge.time);
-  const Time now = clock_.now();
   const SyncStatus sync = time_.status(edge.time);
   if (sync == SyncStatus::locked && sync_ != SyncStatus::locked) {
     events_.report(EventId::time_synchronised, Status::ok,
                    {time_.drift_ppb(), time_.residual().ns, time_.counts().used});
   }
   sync_ = sync;
-  send_time(now);
+  time_due_ = true;
 }
 
 void LineService::watch_time() {
@@ -180,6 +183,7 @@ bool LineService::take_naming(Status& outcome) {
 }
 
 void LineService::send_time(Time now) {
+  time_due_ = false;
   constexpr std::int64_t most = 0x7FFFFFFF;
   telemetry::TimePacket p;
   p.time_ns = static_cast<std::uint64_t>(time_.latest_pulse().ns);

@@ -82,6 +82,7 @@ class LineService {
   Naming naming_;
   ExposureLine exposures_;
   Time frame_;
+  bool time_due_ = false;  ///< a pulse came that no TIME packet has told of
 };
 
 }  // namespace relnav::app

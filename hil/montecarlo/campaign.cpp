@@ -12,6 +12,7 @@
 
 #include "hil/montecarlo/run_process.hpp"
 #include "hil/montecarlo/scenario_check.hpp"
+#include "hil/simulation/scenario_file.hpp"
 #include "platform/files/input_error.hpp"
 #include "platform/files/text.hpp"
 
@@ -166,6 +167,7 @@ class CampaignLoop {
     RunResult result;
     result.run = r.run;
     result.version = folder_.identity().version;
+    if (plan_.scenario_seed) result.seed = seed_of_run(*plan_.scenario_seed, {r.run});
     result.problem = problem;
     folder_.keep_error(result, seconds_since(r.start));
   }

@@ -1,6 +1,7 @@
 #pragma once
 #include <cstdint>
 #include <functional>
+#include <optional>
 #include <string>
 
 #include "hil/montecarlo/campaign_folder.hpp"
@@ -12,8 +13,9 @@ struct CampaignPlan {
   std::uint64_t first = 0;                 ///< the slice of the campaign to do
   std::uint64_t count = most_runs;         ///< cut at its end
   unsigned jobs = 1;
-  double time_limit_s = 0.0;  ///< a run that takes longer is ended, outcome error; 0: none
-  bool errors_again = false;  ///< runs with outcome error are done once more
+  double time_limit_s = 0.0;                   ///< a run that takes longer is ended, outcome error; 0: none
+  std::optional<std::uint64_t> scenario_seed;  ///< names the seeds of runs that leave no result
+  bool errors_again = false;                   ///< runs with outcome error are done once more
 };
 
 struct CampaignProgress {

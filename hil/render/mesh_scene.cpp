@@ -92,7 +92,8 @@ NewTriangles new_triangles(RTCDevice device, std::size_t vertices, std::size_t t
                                                               RTC_FORMAT_FLOAT3, 3 * sizeof(float), vertices));
   made.corners = static_cast<std::uint32_t*>(rtcSetNewGeometryBuffer(
       made.geometry, RTC_BUFFER_TYPE_INDEX, 0, RTC_FORMAT_UINT3, 3 * sizeof(std::uint32_t), triangles));
-  if (made.vertices == nullptr || made.corners == nullptr) throw std::runtime_error("Embree has no memory for the mesh");
+  if (made.vertices == nullptr || made.corners == nullptr)
+    throw std::runtime_error("Embree has no memory for the mesh");
   return made;
 }
 void put(float* vertices, std::size_t i, Vec3f p) {

@@ -93,6 +93,54 @@ std::vector<Fault> read_faults(const std::string& path, const YAML::Node& list) 
   return faults;
 }
 
+LineSettings read_lines(const FileSection& section) {
+  LineSettings lines;
+  lines.heartbeat = section.yes_no_or("heartbeat", false);
+  lines.pulse = section.yes_no_or("pulse", false);
+  lines.exposure = section.yes_no_or("exposure", false);
+  lines.pulse_jitter_s = section.number_or("pulse_jitter_s", 0.0, 0.1, 0.0);
+  constexpr double most_drift_ppb = 1e6;
+  lines.clock_drift_ppb = section.number_or("clock_drift_ppb", -most_drift_ppb, most_drift_ppb, 0.0);
+  for (const char* key : {"pulse_jitter_s", "clock_drift_ppb"}) {
+    if (section.has(key) && !lines.pulse)
+      section.fail(section.node(key), std::string("lines.") + key + " without a pulse line", "it with pulse: true");
+  }
+  return lines;
+}
+
+constexpr Words<telemetry::TelecommandId, telemetry::telecommand_definitions.size()> command_words = [] {
+  Words<telemetry::TelecommandId, telemetry::telecommand_definitions.size()> words{};
+  for (std::size_t i = 0; i < words.size(); ++i)
+    words[i] = {telemetry::telecommand_definitions[i].name, telemetry::telecommand_definitions[i].id};
+  return words;
+}();
+
+std::vector<PlannedCommand> read_commands(const std::string& path, const YAML::Node& list, double duration_s) {
+  std::vector<PlannedCommand> commands;
+  if (!list) return commands;
+  const char* const expected = "telecommands: [{at_s: 5, command: restart}]";
+  if (!list.IsSequence()) throw InputError(path, line_of(list), "telecommands is no list", expected);
+  constexpr std::int64_t most_argument = 0xFFFFFFFF;
+  for (const YAML::Node& item : list) {
+    const FileSection section(path, item, "telecommands[]", {"at_s", "command", "argument"});
+    static_cast<void>(section.require("at_s", "when it arrives, s"));
+    PlannedCommand command;
+    command.at_s = section.number_or("at_s", 0.0, duration_s, 0.0);
+    command.id = section.word("command", command_words);
+    const bool takes_one = telemetry::definition_of(command.id).argument_bytes > 0;
+    if (section.has("argument") != takes_one) {
+      section.fail(takes_one ? item : section.node("argument"),
+                   takes_one ? "telecommand without its argument" : "telecommand with an argument",
+                   "an argument with set_tai, and only with it");
+    }
+    command.argument = static_cast<std::uint32_t>(section.whole_or("argument", 0, most_argument, 0));
+    commands.push_back(command);
+  }
+  std::stable_sort(commands.begin(), commands.end(),
+                   [](const PlannedCommand& a, const PlannedCommand& b) { return a.at_s < b.at_s; });
+  return commands;
+}
+
 std::vector<ReferenceFigure> read_reference(const std::string& path, const YAML::Node& map) {
   std::vector<ReferenceFigure> figures;
   if (!map) return figures;
@@ -179,10 +227,11 @@ std::uint64_t seed_of_run(std::uint64_t scenario_seed, RunNumber run) {
 
 SimulationScenario read_scenario(const std::string& path, RunNumber run) {
   YAML::Node node = load_yaml(path, "a scenario in YAML");
-  std::vector<std::string> keys{"source",   "mode",        "sensor",     "duration_s",        "rate_hz",    "seed",
-                                "camera",   "target",      "motion",     "second_camera",     "features",   "render",
-                                "flight",   "faults",      "exposure_s", "calibration_error", "wrong_pose", "reference",
-                                "handover", "dispersions", "gain",       "stamp_jitter_s"};
+  std::vector<std::string> keys{
+      "source",   "mode",        "sensor",     "duration_s",        "rate_hz",    "seed",
+      "camera",   "target",      "motion",     "second_camera",     "features",   "render",
+      "flight",   "faults",      "exposure_s", "calibration_error", "wrong_pose", "reference",
+      "handover", "dispersions", "gain",       "stamp_jitter_s",    "lines",      "telecommands"};
   const std::vector<std::string> tuning = flight_config_sections();
   keys.insert(keys.end(), tuning.begin(), tuning.end());
   const FileSection root(path, node, "", std::move(keys));
@@ -244,9 +293,19 @@ SimulationScenario read_scenario(const std::string& path, RunNumber run) {
   s.faults = read_faults(path, root.node("faults"));
   if (!s.faults.empty() && s.sensor == SensorKind::features)
     root.fail(root.node("faults"), "faults of a camera without images", "sensor: images, or no faults");
+  if (root.has("lines")) {
+    s.lines = read_lines(FileSection(path, root.node("lines"), "lines",
+                                     {"heartbeat", "pulse", "exposure", "pulse_jitter_s", "clock_drift_ppb"}));
+  }
+  s.commands = read_commands(path, root.node("telecommands"), s.duration_s);
+  for (const char* key : {"lines", "telecommands"}) {
+    if (root.has(key) && s.sensor == SensorKind::features)
+      root.fail(root.node(key), std::string(key) + " without a flight loop", "sensor: images");
+  }
   s.reference = read_reference(path, root.node("reference"));
   read_errors(root, path, s);
   s.flight = read_flight(path, node, root, s);
+  s.flight.lines = line_config_of(s.lines);
   s.crc = named.crc();
   return s;
 }

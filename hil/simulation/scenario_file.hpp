@@ -9,6 +9,8 @@
 #include "fsw/app/flight_config.hpp"
 #include "hil/dynamics/motion_settings.hpp"
 #include "hil/serve/fault.hpp"
+#include "hil/simulation/simulated_commands.hpp"
+#include "hil/simulation/simulated_lines.hpp"
 #include "platform/files/camera_file.hpp"
 
 namespace relnav::hil {
@@ -80,6 +82,8 @@ struct SimulationScenario {
   double stamp_jitter_s = 0.0;  ///< 1 sigma of each stamp against the true mid-exposure
   std::vector<Fault> faults;
   Handover handover;
+  LineSettings lines;
+  std::vector<PlannedCommand> commands;  ///< by time
   WrongPoseLimits wrong;
   std::vector<ReferenceFigure> reference;
   std::map<std::string, double> dispersed;  ///< what was drawn, by the key's full name

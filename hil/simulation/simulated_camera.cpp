@@ -99,6 +99,11 @@ Status SimulatedCamera::acquire(Duration wait, hal::Frame& frame) {
   if (there != Status::ok) return there;
 
   const std::size_t number = next_;
+  const Duration exposed = exposure_of(number).time;
+  if (exposure_line_) {
+    const Time begin = frames_[number].time + Duration{-exposed.ns / 2};
+    exposure_line_(begin, begin + exposed);
+  }
   if (const Fault* away = fault_at(FaultKind::unplug, number)) {
     unplug(Duration{static_cast<std::int64_t>(away->amount * 1e6)});
     ++next_;
@@ -124,9 +129,9 @@ Status SimulatedCamera::acquire(Duration wait, hal::Frame& frame) {
   frame.stride_bytes = image.bytes_per_pixel * image.width_px;
   frame.format = image.bytes_per_pixel == 2 ? hal::PixelFormat::mono16 : hal::PixelFormat::mono8;
   frame.mid_exposure = frame.first_data = frame.dequeued = last_.time;
-  frame.clock = hal::ClockId::device;
+  frame.clock = exposure_line_ ? clock_.id() : hal::ClockId::device;
   frame.sequence = static_cast<std::uint32_t>(number);
-  frame.exposure = exposure_of(number).time;
+  frame.exposure = exposed;
   frame.lease = slot->lease;
   return Status::ok;
 }
@@ -137,6 +142,14 @@ Status SimulatedCamera::release(const hal::Frame& frame) {
   if (slot == slots_.end()) return Status::stale_handle;
   slot->lease = 0;
   return Status::ok;
+}
+
+void SimulatedCamera::let_pass() {
+  if (streaming_ || next_ == frames_.size()) return;
+  const Time when = due(next_);
+  clock_.advance_to(when, next_ + 1 < frames_.size() ? due(next_ + 1) : when + start_attempt);
+  last_.time = frames_[next_].stamp;
+  ++next_;
 }
 
 void SimulatedCamera::unplug(Duration away) {

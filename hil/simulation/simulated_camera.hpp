@@ -22,8 +22,8 @@ struct PlannedFrame {
 using FrameMaker = std::function<void(std::size_t number, const hal::Exposure&, Image&)>;
 
 /// Camera over frames that are made when they are asked for. Behind the HAL it behaves as a real one: a frame comes when it has been
-/// exposed and read out, some never come, and with a fault `unplug` the device is away. Stamps are of ClockId::device: latencies
-/// would be the machine's, and no run would be like the other.
+/// exposed and read out, some never come, and with a fault `unplug` the device is away. Stamps are of ClockId::device, unless
+/// an exposure line tells of the exposures by the loop's clock, too: latencies are the machine's then, and differ from run to run.
 class SimulatedCamera final : public hal::Camera, public hal::ExposureControl, public RunCamera {
  public:
   SimulatedCamera(std::vector<PlannedFrame> frames, std::vector<Fault> faults, SimulatedClock& clock, FrameMaker make,
@@ -35,6 +35,10 @@ class SimulatedCamera final : public hal::Camera, public hal::ExposureControl, p
   Status stop() override;
   [[nodiscard]] std::uint32_t max_leases() const override { return static_cast<std::uint32_t>(slots_.size()); }
 
+  /// Where it says when it exposes; its frames have stamps of the loop's clock then. Before the first start().
+  void wire_exposures(std::function<void(Time begin, Time end)> line) { exposure_line_ = std::move(line); }
+  /// While it is stopped: waits until the next frame is past, which nobody sees.
+  void let_pass();
   /// The device is away for so long of simulated time.
   void unplug(Duration away);
 
@@ -68,7 +72,8 @@ class SimulatedCamera final : public hal::Camera, public hal::ExposureControl, p
   std::vector<Fault> faults_;
   SimulatedClock& clock_;
   FrameMaker make_;
-  hal::Exposure exposure_;  ///< before frame changed_from_
+  std::function<void(Time, Time)> exposure_line_;  ///< empty: none
+  hal::Exposure exposure_;                         ///< before frame changed_from_
   hal::Exposure next_exposure_;
   std::size_t changed_from_ = 0;
   std::array<Slot, 3> slots_;

@@ -1,49 +1,24 @@
 #include "hil/simulation/simulation.hpp"
 
-#include "hil/replay/flight_driver.hpp"
 #include "hil/simulation/feature_driver.hpp"
 #include "hil/simulation/scene_motion.hpp"
+#include "hil/simulation/simulated_flight.hpp"
 #include "platform/files/input_error.hpp"
 #include "platform/files/text.hpp"
 
 namespace relnav::hil {
 namespace {
 
-/// Stops the loop, gives it the other kind of navigation and starts it again, as a ground command would.
-class HandoverDriver final : public StepDriver {
- public:
-  HandoverDriver(std::unique_ptr<FlightDriver> flight, const app::FlightLoopConfig& later, Time when,
-                 const SimulatedClock& clock)
-      : flight_(std::move(flight)), later_(later), when_(when), clock_(clock) {}
-
-  Status start() override { return flight_->start(); }
-  const app::StepReport& step() override {
-    if (!done_ && clock_.simulated() >= when_) hand_over();
-    return flight_->step();
-  }
-
- private:
-  void hand_over() {
-    done_ = true;
-    Status status = flight_->stop();
-    if (status == Status::ok) status = flight_->configure(later_);
-    if (status == Status::ok) status = flight_->start();
-    if (status != Status::ok) throw std::runtime_error(std::string("the hand-over failed: ") + to_string(status));
-  }
-
-  std::unique_ptr<FlightDriver> flight_;
-  app::FlightLoopConfig later_;
-  Time when_;
-  const SimulatedClock& clock_;
-  bool done_ = false;
-};
+Time after_start(double seconds) { return Time{simulation_start_ns + static_cast<std::int64_t>(seconds * 1e9)}; }
 
 }  // namespace
 
 struct Simulation::Parts {
   std::vector<std::unique_ptr<ImageMaker>> makers;
   std::vector<std::unique_ptr<SimulatedCamera>> cameras;
-  std::unique_ptr<StepDriver> flight;
+  std::unique_ptr<SimulatedLines> lines;
+  std::unique_ptr<SimulatedCommands> commands;
+  std::unique_ptr<SimulatedFlight> flight;
   std::unique_ptr<FeatureDriver> features;
 };
 
@@ -65,7 +40,12 @@ Simulation::Simulation(const SimulationScenario& scenario, const ImageMakerFacto
 
 Simulation::~Simulation() = default;
 
-StepDriver& Simulation::driver() { return parts_->features ? *parts_->features : *parts_->flight; }
+StepDriver& Simulation::driver() {
+  if (parts_->features) return *parts_->features;
+  return *parts_->flight;
+}
+
+std::uint64_t Simulation::heartbeats() const { return parts_->lines ? parts_->lines->toggles() : 0; }
 
 void Simulation::set_up_images(const ImageMakerFactory& makers, hal::PacketLink& link) {
   if (!makers) {
@@ -84,18 +64,43 @@ void Simulation::set_up_images(const ImageMakerFactory& makers, hal::PacketLink&
     cameras_.push_back(parts_->cameras.back().get());
   }
   app::FlightPeripherals peripherals;
-  for (std::size_t c = 0; c < parts_->cameras.size(); ++c) peripherals.exposures[c] = parts_->cameras[c].get();
-  hal::Camera* const second = parts_->cameras.size() > 1 ? parts_->cameras[1].get() : nullptr;
-  auto flight =
-      make_flight_driver(scenario_.flight, scenario_.path, clock_, *parts_->cameras[0], second, link, peripherals);
-  if (scenario_.handover.at_s < 0.0) {
-    parts_->flight = std::move(flight);
-    return;
+  std::vector<SimulatedCamera*> cameras;
+  for (std::size_t c = 0; c < parts_->cameras.size(); ++c) {
+    cameras.push_back(parts_->cameras[c].get());
+    peripherals.exposures[c] = cameras[c];
   }
+  wire(cameras, peripherals);
+  hal::Camera* const second = cameras.size() > 1 ? cameras[1] : nullptr;
+  auto loop = make_flight_driver(scenario_.flight, scenario_.path, clock_, *cameras[0], second, link, peripherals);
+  parts_->flight = std::make_unique<SimulatedFlight>(std::move(loop), cameras, clock_);
+  if (scenario_.handover.at_s < 0.0) return;
   app::FlightLoopConfig later = scenario_.flight;
   later.navigation = scenario_.handover.navigation;
-  const Time when{simulation_start_ns + static_cast<std::int64_t>(scenario_.handover.at_s * 1e9)};
-  parts_->flight = std::make_unique<HandoverDriver>(std::move(flight), later, when, clock_);
+  parts_->flight->plan({later, after_start(scenario_.handover.at_s)});
+}
+
+void Simulation::wire(const std::vector<SimulatedCamera*>& cameras, app::FlightPeripherals& peripherals) {
+  if (scenario_.lines.any()) {
+    std::vector<LineChange> pulses;
+    if (scenario_.lines.pulse) {
+      pulses = pulses_of(scenario_.lines, after_start(0.0), after_start(scenario_.duration_s), scenario_.seed);
+    }
+    parts_->lines = std::make_unique<SimulatedLines>(std::move(pulses), clock_);
+    peripherals.lines = parts_->lines.get();
+  }
+  if (scenario_.lines.exposure) {
+    const auto line = static_cast<std::uint32_t>(scenario_.flight.lines.exposure);
+    cameras[0]->wire_exposures([this, line](Time begin, Time end) {
+      parts_->lines->add({begin, line, true});
+      parts_->lines->add({end, line, false});
+    });
+    for (std::size_t c = 1; c < cameras.size(); ++c) cameras[c]->wire_exposures([](Time, Time) {});
+  }
+  if (!scenario_.commands.empty()) {
+    parts_->commands = std::make_unique<SimulatedCommands>(
+        arrivals_of(scenario_.commands, scenario_.flight.packets, after_start(0.0)), clock_);
+    peripherals.commands = parts_->commands.get();
+  }
 }
 
 void Simulation::check_outside(std::size_t camera) const {

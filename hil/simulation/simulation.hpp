@@ -2,6 +2,7 @@
 #include <memory>
 #include <vector>
 
+#include "fsw/app/flight_peripherals.hpp"
 #include "hal/packet_link.hpp"
 #include "hil/replay/run_camera.hpp"
 #include "hil/replay/step_driver.hpp"
@@ -25,6 +26,8 @@ class Simulation {
   [[nodiscard]] StepDriver& driver();
   [[nodiscard]] const RunCameras& cameras() const { return cameras_; }
   [[nodiscard]] const SimulationPlan& plan() const { return plan_; }
+  /// Changes of the heartbeat line's level so far; 0 where there is none.
+  [[nodiscard]] std::uint64_t heartbeats() const;
   /// Every frame goes into it, as the sensor gave it: without the scenario's faults. Before the run.
   void record_into(SimulatedCapture& capture) { capture_ = &capture; }
 
@@ -32,6 +35,8 @@ class Simulation {
   struct Parts;
   void check_outside(std::size_t camera) const;
   void make_frame(std::size_t camera, std::size_t number, const hal::Exposure& exposure, Image& image);
+  /// Lines and telecommands, as far as the scenario has them.
+  void wire(const std::vector<SimulatedCamera*>& cameras, app::FlightPeripherals& peripherals);
   void set_up_images(const ImageMakerFactory& makers, hal::PacketLink& link);
 
   SimulationScenario scenario_;

@@ -7,6 +7,7 @@
 
 #include "hil/montecarlo/campaign.hpp"
 #include "hil/montecarlo/campaign_summary.hpp"
+#include "hil/simulation/scenario_file.hpp"
 #include "hil/tool/commands.hpp"
 #include "hil/tool/interrupt.hpp"
 #include "hil/tool/progress.hpp"
@@ -40,11 +41,14 @@ int merge(const CampaignFolder& folder) {
 }
 
 int run(const MontecarloOptions& o) {
+  CampaignPlan plan = o.plan;
+  // What cannot be flown is told before anything is begun.
+  if (plan.program == CampaignPlan().program) plan.scenario_seed = read_scenario(o.scenario).seed;
   const CampaignFolder folder(o.out, campaign_identity(o.scenario, o.runs, RELNAV_VERSION),
                               o.slice ? CampaignUse::beside_others : CampaignUse::alone);
   catch_interrupts();
   std::optional<Progress> progress;  // from when results of before have been looked at
-  const CampaignProgress done = run_campaign(folder, o.plan, [&](const CampaignProgress& p) {
+  const CampaignProgress done = run_campaign(folder, plan, [&](const CampaignProgress& p) {
     if (!progress) progress.emplace("run");
     if (p.to_do > 0) progress->show(p.done, p.to_do, std::to_string(p.failed) + " failed");
     return !interrupted();

@@ -129,7 +129,8 @@ int run(const SimOptions& o) {
                    return !interrupted();
                  });
   progress.finish();
-  const RunVerdict verdict = judge_run(scenario, outcome, history, simulation.plan().truth_at_stamps);
+  RunVerdict verdict = judge_run(scenario, outcome, history, simulation.plan().truth_at_stamps);
+  if (scenario.lines.heartbeat) verdict.figures["heartbeats"] = static_cast<double>(simulation.heartbeats());
   const double wall_s = std::chrono::duration<double>(std::chrono::steady_clock::now() - begin).count();
   // An interrupted run is no result.
   const bool whole = outcome.end != ReplayOutcome::End::interrupted;

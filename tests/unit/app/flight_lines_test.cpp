@@ -64,6 +64,21 @@ TEST_GROUP(FlightLines) {
     CHECK_TRUE(bench.lines.drive(line, level, Time{time_ns}) == Status::ok);
   }
   /// A pulse whose edge is at this time, read by a step `age` later.
+  /// Exposures of 10 ms, the middle 2 ms before the stamp; one pulse.
+  void fly_with_exposures(std::int64_t pulse_ns) {
+    configure();
+    CHECK_TRUE(bench.loop.start() == Status::ok);
+    for (std::uint32_t i = 0; i < 11; ++i) {
+      const std::int64_t stamp = (i + 1) * period_ns;
+      hal::Frame frame = frame_at(i, hal::ClockId::monotonic);
+      frame.mid_exposure = Time{stamp};
+      set_line(exposure, true, stamp - 7'000'000);
+      set_line(exposure, false, stamp + 3'000'000);
+      if (i == 9) set_line(pps, true, pulse_ns);
+      bench.clock.jump_to(Time{stamp + 30'000'000});
+      CHECK_TRUE(bench.feed(frame).status == Status::ok);
+    }
+  }
   void pulse(std::int64_t time_ns, std::int64_t age_ns = 20'000'000) {
     set_line(pps, true, time_ns);
     set_line(pps, false, time_ns + 100'000);
@@ -206,18 +221,13 @@ TEST(FlightLines, EdgesOfAnotherClockAreNotUsed) {
 }
 
 TEST(FlightLines, StampsAreHeldAgainstTheExposureLine) {
-  configure();
-  CHECK_TRUE(bench.loop.start() == Status::ok);
-  for (std::uint32_t i = 0; i < 11; ++i) {
-    const std::int64_t stamp = (i + 1) * period_ns;
-    hal::Frame frame = frame_at(i, hal::ClockId::monotonic);
-    frame.mid_exposure = Time{stamp};
-    set_line(exposure, true, stamp - 7'000'000);  // 10 ms, the middle 2 ms before the stamp
-    set_line(exposure, false, stamp + 3'000'000);
-    if (i == 9) set_line(pps, true, second + 10'000'000);
-    bench.clock.jump_to(Time{stamp + 30'000'000});
-    CHECK_TRUE(bench.feed(frame).status == Status::ok);
-  }
+  fly_with_exposures(second + 10'000'000);
+  LONGS_EQUAL(1, bench.packets<TimePacket>().size());
+  LONGS_EQUAL(2'000'000, bench.packets<TimePacket>()[0].exposure_offset_ns);
+}
+
+TEST(FlightLines, AnExposureThatEndsAfterThePulseIsToldOfToo) {
+  fly_with_exposures(second - 1'000'000);
   LONGS_EQUAL(1, bench.packets<TimePacket>().size());
   LONGS_EQUAL(2'000'000, bench.packets<TimePacket>()[0].exposure_offset_ns);
 }

@@ -11,6 +11,7 @@
 #include "hil/io/atomic_file.hpp"
 #include "hil/montecarlo/campaign.hpp"
 #include "hil/montecarlo/campaign_summary.hpp"
+#include "hil/simulation/scenario_file.hpp"
 #include "tests/support/scratch.hpp"
 
 using namespace relnav;
@@ -85,6 +86,7 @@ TEST(Campaign, CrashesHangsAndSilenceAreErrorsThatNameTheirCause) {
   scenario_with("crash 1\nsilent 2\nhalf 3\nstatus3 4\nhang 5\nlost 6\n");
   CampaignPlan p = plan(2);
   p.time_limit_s = 2.0;
+  p.scenario_seed = 7;
   const CampaignProgress progress = fly("c", 8, p);
   CHECK_EQUAL(8, progress.done);
   CHECK_EQUAL(6, progress.failed);
@@ -93,21 +95,22 @@ TEST(Campaign, CrashesHangsAndSilenceAreErrorsThatNameTheirCause) {
   CHECK_EQUAL(5, merged.errors);
   CHECK_EQUAL(0, merged.missing);
   const std::string again = "relnav sim --scenario " + scenario + " --run ";
+  const auto seed = [](std::uint64_t run) { return std::to_string(relnav::hil::seed_of_run(7, {run})); };
   STRCMP_EQUAL(("run,seed,outcome,problem,command\n"
-                "1,,error,ended by signal 11 (SIGSEGV)," +
-                again +
+                "1," +
+                seed(1) + ",error,ended by signal 11 (SIGSEGV)," + again +
                 "1 --out run-1\n"
-                "2,,error,ended with exit status 0 and without a result," +
-                again +
+                "2," +
+                seed(2) + ",error,ended with exit status 0 and without a result," + again +
                 "2 --out run-2\n"
-                "3,,error,ended with exit status 0 and without a result," +
-                again +
+                "3," +
+                seed(3) + ",error,ended with exit status 0 and without a result," + again +
                 "3 --out run-3\n"
-                "4,,error,ended with exit status 3," +
-                again +
+                "4," +
+                seed(4) + ",error,ended with exit status 3," + again +
                 "4 --out run-4\n"
-                "5,,error,took longer than 2 s," +
-                again +
+                "5," +
+                seed(5) + ",error,took longer than 2 s," + again +
                 "5 --out run-5\n"
                 "6,9876543216,lost,lost at 12.6 s," +
                 again + "6 --out run-6\n")

@@ -148,6 +148,16 @@ TEST(ScenarioFile, BadInputIsNamedWithItsLine) {
   place(spin + "dispersions: {mode: {normal: 1}}\n", "s.yaml:1: 'mode' is 'noncoop'", 1);
   place(spin + "dispersions: {motion: {normal: 1}}\n", "'motion' is a section", 1);
   place(spin + "dispersions: {motion.target.rate_deg_s.3: {normal: 1}}\n", "names no element of the list", 1);
+  place(spin + "lines: {pulse: true}\n", "lines without a flight loop");
+  const std::string images = swapped(spin, "sensor: features\n", "");
+  place(images + "lines: {pulse: yes, jitter: 1}\n", "s.yaml:9: unknown key 'lines.jitter'");
+  place(images + "lines: {heartbeat: true, pulse_jitter_s: 1e-6}\n", "lines.pulse_jitter_s without a pulse line");
+  place(images + "telecommands: stop\n", "s.yaml:9: telecommands is no list");
+  place(images + "telecommands: [{at_s: 1, command: explode}]\n", "command is 'explode'");
+  place(images + "telecommands: [{at_s: 3, command: ping}]\n", "at_s is '3'");
+  place(images + "telecommands: [{command: ping}]\n", "missing key 'telecommands[].at_s'");
+  place(images + "telecommands: [{at_s: 1, command: set_tai}]\n", "telecommand without its argument");
+  place(images + "telecommands: [{at_s: 1, command: ping, argument: 1}]\n", "telecommand with an argument");
   place("{", "s.yaml:");
   CHECK_MESSAGE_HOLDS(relnav::test::message_of([] { static_cast<void>(read_scenario("/nowhere/s.yaml")); }).c_str(),
                       "/nowhere/s.yaml");

@@ -1,10 +1,12 @@
 // Whole runs without images: repeatable, judged against their truth, and lost where there is nothing to see.
+#include <algorithm>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
 #include "hil/replay/telemetry_link.hpp"
 #include "hil/simulation/run_verdict.hpp"
 #include "hil/simulation/simulation.hpp"
+#include "hil/telemetry/packet_text.hpp"
 #include "tests/support/scratch.hpp"
 
 using namespace relnav;
@@ -30,6 +32,7 @@ struct Flown {
   RunHistory history;
   RunVerdict verdict;
   std::vector<std::uint8_t> telemetry;
+  std::uint64_t heartbeats = 0;
 };
 
 const std::string scenarios = std::string(RELNAV_SOURCE_DIR) + "/hil/scenarios/";
@@ -62,6 +65,7 @@ Flown fly(const SimulationScenario& scenario) {
                              [](std::size_t, std::size_t, const app::StepReport&) { return true; });
   flown.verdict = judge_run(scenario, flown.outcome, flown.history, simulation.plan().truth_at_stamps);
   flown.telemetry = packets.bytes;
+  flown.heartbeats = simulation.heartbeats();
   return flown;
 }
 
@@ -146,6 +150,38 @@ TEST(Simulation, ACameraInsideOfTheTargetIsRefusedWithItsTime) {
                     "duration_s: 2, pace: constant}}]}}\n");
   CHECK_MESSAGE_HOLDS(relnav::test::message_of([&] { static_cast<void>(fly(read_scenario(path))); }),
                       "in.yaml: camera 0 is inside of the target's mesh after 1.700 s");
+}
+
+TEST(Simulation, LinesAndTelecommandsReachTheFlight) {
+  const std::string path =
+      scratch.write("l.yaml",
+                    "mode: noncoop\nduration_s: 8\nrate_hz: 10\ncamera: {width_px: 320, height_px: 240, fu_px: 400}\n"
+                    "motion: {chaser: {range_m: 8}}\n"
+                    "lines: {heartbeat: true, pulse: true, exposure: true, clock_drift_ppb: 20000}\n"
+                    "telecommands:\n  - {at_s: 5, command: start}\n  - {at_s: 2.05, command: stop}\n"
+                    "  - {at_s: 5.2, command: set_tai, argument: 2000000000}\n");
+  const Flown flown = fly(read_scenario(path));
+  LONGS_EQUAL(81, flown.history.frames.size());
+  std::vector<std::string> times;
+  std::string commands;
+  for (std::size_t at = 0; at < flown.telemetry.size();) {
+    const std::size_t size = flown.telemetry[at + 4] * 256U + flown.telemetry[at + 5] + 7U;
+    const std::string text = packet_text(std::span(flown.telemetry).subspan(at, size), telemetry::PacketConfig{});
+    if (text.starts_with("TIME")) times.push_back(text);
+    if (text.starts_with("TC_ACK") && text.find("stage=done code=ok") != std::string::npos) commands += ".";
+    at += size;
+  }
+  // A pulse a second, by a clock that gains 20 microseconds in each; frames are exposed where their stamps say.
+  LONGS_EQUAL(7, times.size());
+  CHECK_TRUE(times[4].find("drift_ppb=20000 residual_ns=0") != std::string::npos);
+  CHECK_TRUE(times[6].find("exposure_offset_ns=0") != std::string::npos);
+  CHECK_TRUE(times[4].find("tai_ns=105000000000 ") != std::string::npos);
+  CHECK_TRUE(times[6].find("tai_ns=2000000001000000000 ") != std::string::npos);
+  STRCMP_EQUAL("...", commands.c_str());
+  // Between stop and start frames go by unseen.
+  LONGS_EQUAL(30, std::count_if(flown.history.frames.begin(), flown.history.frames.end(),
+                                [](const FrameRecord& f) { return f.mode == app::Mode::standby; }));
+  CHECK_TRUE(flown.heartbeats >= 81);
 }
 
 TEST(Simulation, AHandOverChangesTheEstimatorAtItsTime) {
