@@ -1,5 +1,6 @@
 #include "hil/simulation/dispersions.hpp"
 
+#include <algorithm>
 #include <cmath>
 #include <optional>
 #include <vector>
@@ -14,6 +15,21 @@ namespace {
 std::uint64_t stream_of(std::uint64_t seed, const std::string& name) {
   const auto* bytes = reinterpret_cast<const std::uint8_t*>(name.data());
   return seed ^ (0x9E3779B97F4A7C15ULL * (1ULL + crc32({bytes, name.size()})));
+}
+
+/// A camera's fault around its frame, the number in it: `torn@` 20 `:3`.
+struct SplitFault {
+  std::string before;
+  double frame;
+  std::string after;
+};
+std::optional<SplitFault> split_fault(const std::string& text) {
+  const std::size_t at = text.find('@') + 1;
+  if (at == 0) return std::nullopt;
+  const std::size_t end = std::min(text.find(':', at), text.size());
+  const auto frame = parse_double(text.substr(at, end - at));
+  if (!frame || !std::isfinite(*frame)) return std::nullopt;
+  return SplitFault{text.substr(0, at), *frame, text.substr(end)};
 }
 
 /// One law of section `dispersions`, at work on the numbers it names.
@@ -47,14 +63,24 @@ class Disperser {
       const YAML::Node list = section_.node("choice");
       if (!list.IsSequence() || list.size() == 0) section_.fail(law_, "choice is no list", "a list of values");
       const auto index = static_cast<std::size_t>(random.uniform(0.0, 1.0) * static_cast<double>(list.size()));
-      if (applies) set(node, name, list[std::min(index, list.size() - 1)].as<std::string>());
+      if (!applies) return;
+      const std::size_t k = std::min(index, list.size() - 1);
+      const auto text = list[k].as<std::string>();
+      set(node, name, text, parse_double(text).value_or(static_cast<double>(k)));
       return;
     }
-    const auto old = parse_double(node.Scalar());
+    const std::string& text = node.Scalar();
+    if (const auto fault = split_fault(text)) {
+      const double frame = std::max(0.0, std::round(draw(fault->frame, random)));
+      if (applies) set(node, name, fault->before + format_text("%.0f", frame) + fault->after, frame);
+      return;
+    }
+    const auto old = parse_double(text);
     if (!old || !std::isfinite(*old))
-      throw InputError(path_, line_of(node), in_quotes(name) + " is " + in_quotes(node.Scalar()),
+      throw InputError(path_, line_of(node), in_quotes(name) + " is " + in_quotes(text),
                        "a number, because dispersions name it");
-    if (applies) set(node, name, format_text("%.17g", draw(*old, random)));
+    const double value = draw(*old, random);
+    if (applies) set(node, name, format_text("%.17g", value), value);
   }
 
  private:
@@ -68,9 +94,9 @@ class Disperser {
     constexpr double largest_factor_sigma = 5.0;
     return value * std::exp(section_.number_or("factor", 0.0, largest_factor_sigma, 0.0) * random.next());
   }
-  void set(YAML::Node& node, const std::string& name, const std::string& text) {
+  void set(YAML::Node& node, const std::string& name, const std::string& text, double drawn) {
     node = text;  // keeps its place in the file
-    if (const auto number = parse_double(text)) drawn_[name] = *number;
+    drawn_[name] = drawn;
   }
 
   FileSection section_;

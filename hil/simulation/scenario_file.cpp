@@ -84,6 +84,7 @@ std::vector<Fault> read_faults(const std::string& path, const YAML::Node& list) 
   if (!list) return faults;
   if (!list.IsSequence()) throw InputError(path, line_of(list), "faults is no list", fault_syntax);
   for (const YAML::Node& item : list) {
+    if (item.IsScalar() && item.Scalar() == "none") continue;  // one that dispersions put in, or take away
     try {
       faults.push_back(parse_fault(item.IsScalar() ? item.Scalar() : ""));
     } catch (const InputError& error) {

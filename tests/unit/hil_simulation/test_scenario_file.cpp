@@ -1,5 +1,6 @@
 // Scenario files: what is read, what a campaign's runs draw, and every kind of bad input with its one line.
 #include <cmath>
+#include <set>
 
 #include "hil/simulation/scenario_file.hpp"
 #include "hil/simulation/simulation_plan.hpp"
@@ -99,6 +100,32 @@ TEST(ScenarioFile, DispersionsHaveTheSpreadTheyState) {
   DOUBLES_EQUAL(0.0, sum / runs, 4.0 * 0.25 / std::sqrt(runs));
   DOUBLES_EQUAL(0.25, std::sqrt(squares / runs), 0.04);
   CHECK_TRUE(low >= 0.5 && low < 0.52 && high <= 1.5 && high > 1.48);
+}
+
+TEST(ScenarioFile, FaultsAreDispersedInTimeAndKind) {
+  const std::string text = swapped(spin, "sensor: features\n", "") +
+                           "faults: [\"torn@5:2\", \"black@1\", \"lost@3\"]\n"
+                           "dispersions:\n"
+                           "  faults.0: {uniform: 3}\n"
+                           "  faults.1: {normal: 50}\n"
+                           "  faults.2: {choice: [\"white@4\", none]}\n";
+  LONGS_EQUAL(3, read(text).faults.size());
+  std::size_t with_three = 0;
+  std::set<std::uint64_t> frames;
+  for (std::uint64_t run = 1; run <= 40; ++run) {
+    const SimulationScenario s = read(text, run);
+    CHECK_TRUE(s.faults[0].kind == FaultKind::torn && s.faults[0].count == 2);
+    CHECK_TRUE(s.faults[0].frame >= 2 && s.faults[0].frame <= 8);
+    DOUBLES_EQUAL(static_cast<double>(s.faults[0].frame), s.dispersed.at("faults.0"), 0.0);
+    CHECK_TRUE(s.faults[1].frame < 1000);  // never before the first frame
+    frames.insert(s.faults[0].frame);
+    const bool third = s.faults.size() == 3;
+    CHECK_TRUE(!third || (s.faults[2].kind == FaultKind::white && s.faults[2].frame == 4));
+    DOUBLES_EQUAL(third ? 0.0 : 1.0, s.dispersed.at("faults.2"), 0.0);
+    with_three += third ? 1 : 0;
+  }
+  CHECK_TRUE(frames.size() >= 5);
+  CHECK_TRUE(with_three > 8 && with_three < 32);
 }
 
 TEST(ScenarioFile, TheChecksumIsOfTheFileAndOfAllItNames) {
