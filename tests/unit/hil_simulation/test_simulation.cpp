@@ -1,5 +1,6 @@
 // Whole runs without images: repeatable, judged against their truth, and lost where there is nothing to see.
 #include <algorithm>
+#include <cmath>
 #include <cstdio>
 #include <nlohmann/json.hpp>
 
@@ -118,6 +119,35 @@ TEST(Simulation, AWrongPoseCalledValidIsCounted) {
   CHECK_TRUE(flown.verdict.end == RunEnd::wrong_pose);
   CHECK_TRUE(flown.verdict.wrong_poses > 40);
   CHECK_TRUE(flown.verdict.problem.find("wrong poses called valid") != std::string::npos);
+}
+
+TEST(Simulation, HowARunEndsIsSaidByItsEnd) {
+  const SimulationScenario scenario = scenario_of("stereo");
+  Flown flown = fly(scenario);
+  const Trajectory truth = plan_simulation(scenario).truth_at_stamps;
+  const auto end = [&] { return judge_run(scenario, flown.outcome, flown.history, truth).end; };
+  CHECK_TRUE(end() == RunEnd::tracked);
+  flown.history.frames.back().reset_counter = 1;
+  CHECK_TRUE(end() == RunEnd::regained);
+  flown.outcome.problem = "the run ended without track";
+  CHECK_TRUE(end() == RunEnd::lost);
+  flown.outcome.poses = 0;
+  CHECK_TRUE(end() == RunEnd::no_pose);
+}
+
+TEST(Simulation, StampsScatterAboutTheTrueTimes) {
+  SimulationScenario scenario = scenario_of("table1");
+  scenario.stamp_jitter_s = 1e-3;
+  const SimulationPlan plan = plan_simulation(scenario);
+  double square_sum = 0.0;
+  for (std::size_t k = 0; k < plan.frames.size(); ++k) {
+    const double off_s = (plan.frames[k].stamp - plan.frames[k].time).seconds();
+    square_sum += off_s * off_s;
+    CHECK_TRUE(plan.truth[k].time == plan.frames[k].time);
+    CHECK_TRUE(plan.truth_at_stamps[k].time == plan.frames[k].stamp);
+  }
+  // 1201 draws: the standard deviation within 4 of its own (2 %).
+  DOUBLES_EQUAL(1e-3, std::sqrt(square_sum / static_cast<double>(plan.frames.size())), 8.2e-5);
 }
 
 TEST(Simulation, OutliersAndMissesDoNotBreakTheTrack) {
