@@ -372,6 +372,18 @@ bool NoncoopFilter::adjust_start(const FeatureMatches& matches) {
   return start_valid_;
 }
 
+void NoncoopFilter::widen_by_prior(RelativeState& out) const {
+  const Vec3 los_C = out.t_CT.normalized();
+  const Mat3 across = Mat3::Identity() - los_C * los_C.transpose();
+  const double speed = config_.velocity_sigma_per_range * config_.range_m;
+  const double rate = config_.rate_sigma_rad_s;
+  const double t = since_start_s();
+  out.pose_covariance.topLeftCorner<3, 3>() += (speed * t * speed * t) * across;
+  out.pose_covariance.bottomRightCorner<3, 3>() += (rate * t * rate * t) * across;
+  out.rate_covariance.topLeftCorner<3, 3>() += (speed * speed) * across;
+  out.rate_covariance.bottomRightCorner<3, 3>() += (rate * rate) * across;
+}
+
 RelativeState NoncoopFilter::output() const {
   RelativeState out;
   out.time = time_;
@@ -386,6 +398,7 @@ RelativeState NoncoopFilter::output() const {
   const Mat<6, 12> J_P = J_rates.lazyProduct(state_.P_block<12, 12>(0, 0));
   out.rate_covariance = J_P.lazyProduct(J_rates.transpose());
   if (starting_ && start_valid_) blend_start_hypotheses(start_result_, since_start_s(), out);
+  if (starting_ && start_frames_ < config_.start_frames) widen_by_prior(out);
   return out;
 }
 

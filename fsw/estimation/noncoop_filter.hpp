@@ -73,6 +73,9 @@ class NoncoopFilter {
   void record_use(const FilterUpdate& out);
   /// Feeds the start adjustment with this frame. True when it has an answer; the filter is then set to it.
   bool adjust_start(const FeatureMatches& matches);
+  /// Over the first frames turning and moving look the same: all hypotheses are linearised about flat relief and rest, and sure
+  /// of it. Until the start is adjusted over start_frames, what the prior allows of either across the line of sight stays open.
+  void widen_by_prior(RelativeState& out) const;
   [[nodiscard]] double since_start_s() const { return (time_ - start_time_).seconds(); }
 
   NoncoopConfig config_;
@@ -89,10 +92,10 @@ class NoncoopFilter {
   Time start_time_;
   StartAdjustment start_;
   StartAdjustment::Result start_result_;
-  int start_frames_ = 0;      ///< frames fed to the start adjustment
-  bool start_valid_ = false;  ///< start_result_ belongs to this frame
-  bool starting_ = false;     ///< the start adjustment still runs
-  double relief_ = 0.1;       ///< relative depth spread of the target
+  int start_frames_ = 0;         ///< frames fed to the start adjustment
+  bool start_valid_ = false;     ///< start_result_ belongs to this frame
+  bool starting_ = false;        ///< the start adjustment still runs
+  double relief_ = 0.1;          ///< relative depth spread of the target
 };
 
 }  // namespace relnav

@@ -65,10 +65,10 @@ std::size_t SimulatedCamera::frames_done() const {
   return next_ - static_cast<std::size_t>(out);
 }
 
-Status SimulatedCamera::await_due(Duration wait) {
+Status SimulatedCamera::await_due(std::size_t number, Duration wait) {
   const Time now = clock_.simulated();
-  const Time when = due(next_);
-  const Time next = next_ + 1 < frames_.size() ? due(next_ + 1) : when + start_attempt;
+  const Time when = due(number);
+  const Time next = number + 1 < frames_.size() ? due(number + 1) : when + start_attempt;
   if (when <= now + wait) {
     clock_.advance_to(when, next);
     return Status::ok;
@@ -93,12 +93,16 @@ Status SimulatedCamera::acquire(Duration wait, hal::Frame& frame) {
   if (!streaming_) return Status::not_configured;
   const auto slot = std::find_if(slots_.begin(), slots_.end(), [](const Slot& s) { return s.lease == 0; });
   if (slot == slots_.end()) return Status::no_capacity;
-  while (next_ < frames_.size() && fault_at(FaultKind::lost, next_) != nullptr) ++next_;
-  if (next_ == frames_.size()) return Status::no_data;
-  const Status there = await_due(wait);
+  std::size_t number = next_;
+  while (number < frames_.size() && fault_at(FaultKind::lost, number) != nullptr) ++number;
+  if (number == frames_.size()) {
+    next_ = number;
+    return Status::no_data;
+  }
+  const Status there = await_due(number, wait);
   if (there != Status::ok) return there;
 
-  const std::size_t number = next_;
+  next_ = number + 1;
   const Duration exposed = exposure_of(number).time;
   if (exposure_line_) {
     const Time begin = frames_[number].time + Duration{-exposed.ns / 2};
@@ -106,10 +110,8 @@ Status SimulatedCamera::acquire(Duration wait, hal::Frame& frame) {
   }
   if (const Fault* away = fault_at(FaultKind::unplug, number)) {
     unplug(Duration{static_cast<std::int64_t>(away->amount * 1e6)});
-    ++next_;
     return Status::device_lost;
   }
-  ++next_;
   if (fault_at(FaultKind::packets, number) != nullptr) return Status::incomplete;
   try {
     slot->image = expose(number);

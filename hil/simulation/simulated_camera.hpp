@@ -63,8 +63,8 @@ class SimulatedCamera final : public hal::Camera, public hal::ExposureControl, p
   [[nodiscard]] Time due(std::size_t number) const;
   [[nodiscard]] bool is_away() const;
   [[nodiscard]] const hal::Exposure& exposure_of(std::size_t number) const;
-  /// Status::timeout or no_data while the next frame is not there yet.
-  Status await_due(Duration wait);
+  /// Status::timeout or no_data while that frame is not there yet.
+  Status await_due(std::size_t number, Duration wait);
   /// The image of frame `number` with its faults.
   std::shared_ptr<Image> expose(std::size_t number);
 
