@@ -92,10 +92,10 @@ class NoncoopFilter {
   Time start_time_;
   StartAdjustment start_;
   StartAdjustment::Result start_result_;
-  int start_frames_ = 0;         ///< frames fed to the start adjustment
-  bool start_valid_ = false;     ///< start_result_ belongs to this frame
-  bool starting_ = false;        ///< the start adjustment still runs
-  double relief_ = 0.1;          ///< relative depth spread of the target
+  int start_frames_ = 0;      ///< frames fed to the start adjustment
+  bool start_valid_ = false;  ///< start_result_ belongs to this frame
+  bool starting_ = false;     ///< the start adjustment still runs
+  double relief_ = 0.1;       ///< relative depth spread of the target
 };
 
 }  // namespace relnav
