@@ -135,10 +135,11 @@ std::vector<PlannedCommand> read_commands(const std::string& path, const YAML::N
                    "an argument with set_tai, and only with it");
     }
     command.argument = static_cast<std::uint32_t>(section.whole_or("argument", 0, most_argument, 0));
-    commands.push_back(command);
+    const auto after =
+        std::upper_bound(commands.begin(), commands.end(), command,
+                         [](const PlannedCommand& a, const PlannedCommand& b) { return a.at_s < b.at_s; });
+    commands.insert(after, command);
   }
-  std::stable_sort(commands.begin(), commands.end(),
-                   [](const PlannedCommand& a, const PlannedCommand& b) { return a.at_s < b.at_s; });
   return commands;
 }
 
