@@ -232,6 +232,22 @@ TEST(FlightLines, AnExposureThatEndsAfterThePulseIsToldOfToo) {
   LONGS_EQUAL(2'000'000, bench.packets<TimePacket>()[0].exposure_offset_ns);
 }
 
+TEST(FlightLines, EachPulseIsToldOfHoweverLateItIsRead) {
+  configure();
+  for (std::int64_t n = 1; n <= 3; ++n) {
+    set_line(pps, true, n * second);
+    set_line(pps, false, n * second + 100'000'000);
+  }
+  bench.clock.jump_to(Time{3 * second + 200'000'000});
+  static_cast<void>(bench.step());
+  const auto told = bench.packets<TimePacket>();
+  LONGS_EQUAL(3, told.size());
+  for (std::size_t k = 0; k < told.size(); ++k) {
+    LONGS_EQUAL(k + 1, told[k].pulses_used);
+    LONGS_EQUAL((k + 1) * second, told[k].time_ns);
+  }
+}
+
 TEST(FlightLines, WithoutLinesNothingChanges) {
   LoopBench plain;
   bench.config.lines = {};
