@@ -8,6 +8,7 @@ namespace relnav::hal {
 struct Exposure {
   Duration time;
   double gain = 1.0;  ///< levels of pixels are proportional to time and gain, as well as the camera keeps to that
+  /// Without == of numbers, which clang takes for a mistake (-Wfloat-equal).
   friend bool operator==(const Exposure& a, const Exposure& b) {
     return a.time == b.time && a.gain <= b.gain && a.gain >= b.gain;
   }

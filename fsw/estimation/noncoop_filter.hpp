@@ -74,7 +74,8 @@ class NoncoopFilter {
   /// Feeds the start adjustment with this frame. True when it has an answer; the filter is then set to it.
   bool adjust_start(const FeatureMatches& matches);
   /// Over the first frames turning and moving look the same: all hypotheses are linearised about flat relief and rest, and sure
-  /// of it. Until the start is adjusted over start_frames, what the prior allows of either across the line of sight stays open.
+  /// of it. Until the start is adjusted over start_frames, what the prior allows of either across the line of sight stays open:
+  /// P += (sigma t)^2 (I - l l^T), l along t_CT; m, rad, and without t m/s, rad/s (docs/estimators.md, honesty of the covariance).
   void widen_by_prior(RelativeState& out) const;
   [[nodiscard]] double since_start_s() const { return (time_ - start_time_).seconds(); }
 

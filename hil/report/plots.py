@@ -1,13 +1,16 @@
 #!/usr/bin/env python3
-"""The plots of a run's report.html as PNG images beside it: DIR/plots/<what>.png.
+"""The plots of a report.html as PNG images beside it: DIR/plots/<what>.png.
 
-    python3 hil/report/plots.py DIR [DIR...]       DIR: what relnav sim or relnav replay wrote. Packages: python3-matplotlib
+    python3 hil/report/plots.py DIR [DIR...]       Packages: python3-matplotlib
+
+DIR: a run, as relnav sim or relnav replay wrote it, or a campaign of relnav montecarlo.
 """
 import base64
 import io
 import json
 import math
 import pathlib
+import re
 import sys
 
 AXES = "xyz"
@@ -19,12 +22,12 @@ def numbers(values):
     return [math.nan if v is None else v for v in values]
 
 
-def read_data(folder):
+def read_run(folder):
     """What the report shows, of the page itself: figures and page cannot differ."""
     page = (folder / "report.html").read_text()
     begin = '<script id="data" type="application/json">'
     if begin not in page:
-        raise ValueError(f"{folder / 'report.html'}: holds no data (expected the report of a run of relnav sim or relnav replay)")
+        raise ValueError(f"{folder / 'report.html'}: holds no data (expected the report of a run)")
     return json.loads(page.split(begin, 1)[1].split("</script>", 1)[0])
 
 
@@ -54,7 +57,7 @@ def time_line(pyplot, title, label, draw):
     return figure
 
 
-def nees(axes, t, truth, degrees):
+def nees(axes, t, truth):
     axes.plot(t, numbers(truth["nees"]), color=COLOURS[2], linewidth=1)
     if "nees_band" in truth:
         axes.axhspan(*truth["nees_band"], color=COLOURS[1], alpha=0.15, label="95 % of an honest filter's epochs")
@@ -62,7 +65,7 @@ def nees(axes, t, truth, degrees):
     values = [v for v in truth["nees"] if v]
     if values:
         axes.set_yscale("log")
-        axes.set_title(f"NEES, mean {sum(values) / len(values):.3g}{degrees}", fontsize=10)
+        axes.set_title(f"NEES, mean {sum(values) / len(values):.3g}", fontsize=10)
 
 
 def modes(figure, estimate, events):
@@ -105,7 +108,7 @@ def strip(figure, snapshots, pyplot):
         axes.axis("off")
 
 
-def plot(folder, data, pyplot):
+def figures_of_run(data, pyplot):
     estimate, truth, events = data["estimate"], data["truth"], data["events"]
     t = estimate["t"]
     figures = {
@@ -121,7 +124,7 @@ def plot(folder, data, pyplot):
             a, t, truth["attitude_error"], sigmas=estimate["attitude_3sigma"]))
         figures["position_error"] = time_line(pyplot, "position error, with 3 sigma as stated", "m", lambda a: three(
             a, t, truth["position_error"], sigmas=estimate["position_3sigma"]))
-        figures["nees"] = time_line(pyplot, "NEES", "", lambda a: nees(a, t, truth, ""))
+        figures["nees"] = time_line(pyplot, "NEES", "", lambda a: nees(a, t, truth))
     for name, draw in (("timeline", lambda f: modes(f, estimate, events)),
                        ("trajectory", lambda f: trajectory(f, estimate, truth)),
                        ("frames", lambda f: strip(f, data["snapshots"], pyplot))):
@@ -129,12 +132,60 @@ def plot(folder, data, pyplot):
             continue
         figures[name] = pyplot.figure(figsize=(10, 7.5) if name == "frames" else (8, 5), dpi=110)
         draw(figures[name])
+    return figures
+
+
+def histogram(axes, d):
+    h = d["histogram"]
+    n = len(h["counts"])
+    width = (h["high"] - h["low"]) / n or 1.0
+    axes.bar([h["low"] + k * width for k in range(n)], h["counts"], width, align="edge", color="#3066be", alpha=0.7)
+    for percentile, style in (("50", "-"), ("5", "--"), ("95", "--")):
+        axes.axvline(d["percentiles"][percentile], color="#1d2733", linestyle=style, linewidth=1)
+    outside = f", {h['below'] + h['above']} beyond the plot" if h["below"] + h["above"] else ""
+    axes.set_title(f"{d['count']} runs, mean {d['mean']:.4g}, sd {d['sd']:.4g}, max {d['max']:.4g}{outside}", fontsize=9)
+    axes.set_ylabel("runs")
+
+
+def outcomes(axes, shares):
+    names = [name for name, o in shares.items()]
+    values = [o["share"] for o in shares.values()]
+    low = [o["share"] - o["share_95"][0] for o in shares.values()]
+    high = [o["share_95"][1] - o["share"] for o in shares.values()]
+    axes.bar(names, values, color="#3066be", alpha=0.7, yerr=[[max(v, 0) for v in low], [max(v, 0) for v in high]], capsize=4)
+    axes.set_ylabel("share of runs, 95 % (Wilson)")
+
+
+def figures_of_campaign(summary, pyplot):
+    drawn = [("outcomes", "", outcomes, summary["outcomes"])]
+    drawn += [(name, name, histogram, d) for name, d in summary["figures"].items()]
+    if summary["nees"]:
+        drawn.append(("nees", "NEES per degree of freedom, mean of a run", histogram, summary["nees"]["run_means"]))
+    figures = {}
+    for name, label, draw, what in drawn:
+        figures[name], axes = pyplot.subplots(figsize=(7, 4), dpi=110)
+        draw(axes, what)
+        axes.set_xlabel(label)
+    return figures
+
+
+def figures_of(folder, pyplot):
+    try:
+        summary = json.loads((folder / "summary.json").read_text())
+        return figures_of_campaign(summary, pyplot) if "outcomes" in summary else figures_of_run(read_run(folder), pyplot)
+    except OSError as error:
+        raise ValueError(f"{error.filename}: {error.strerror} (expected the folder of a run or of a campaign)") from None
+    except (KeyError, json.JSONDecodeError) as error:
+        raise ValueError(f"{folder}: {error!r} (expected the folder of a run or of a campaign)") from None
+
+
+def save(folder, figures, pyplot):
     plots = folder / "plots"
     plots.mkdir(exist_ok=True)
     for name, figure in figures.items():
         figure.tight_layout()
-        # Without the date and version of who drew it: the same run gives the same bytes.
-        figure.savefig(plots / f"{name}.png", metadata={"Software": None})
+        # Without the date and version of who drew it: the same report gives the same bytes.
+        figure.savefig(plots / (re.sub(r"[^A-Za-z0-9_.-]", "_", name) + ".png"), metadata={"Software": None})
         pyplot.close(figure)
     print(f"{len(figures)} plots in {plots}")
 
@@ -153,14 +204,11 @@ def main():
 
     for folder in map(pathlib.Path, sys.argv[1:]):
         try:
-            data = read_data(folder)
-        except OSError as error:
-            print(f"plots.py: {error.filename}: {error.strerror} (expected the report of a run)", file=sys.stderr)
-            return 2
+            figures = figures_of(folder, pyplot)
         except ValueError as error:
             print(f"plots.py: {error}", file=sys.stderr)
             return 2
-        plot(folder, data, pyplot)
+        save(folder, figures, pyplot)
     return 0
 
 

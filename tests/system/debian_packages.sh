@@ -31,7 +31,7 @@ for file in lib/systemd/system/relnav-flight.service lib/sysusers.d/relnav.conf 
 done
 # Scenarios come with all that they name.
 "$root/usr/bin/relnav" sim --scenario "$root/usr/share/relnav/scenarios/stereo.yaml" --for 5 --out "$work/flown"
-for file in bin/relnav-plots bin/relnav-campaign-plots share/relnav/montecarlo/relnav.sbatch; do
+for file in bin/relnav-plots share/relnav/montecarlo/relnav.sbatch; do
   [ -x "$root/usr/$file" ] || fail "usr/$file is not installed, or cannot be run"
 done
 # The shipped example is one that can be flown, once what it names is there.

@@ -78,17 +78,18 @@ class Scenarios(unittest.TestCase):
         self.assertEqual(sim("--scenario", scenario, "--out", self.out / "run").returncode, 0)
         subprocess.run([RELNAV, "montecarlo", "--scenario", scenario, "--runs", "4", "--out", self.out / "mc"], check=True,
                        capture_output=True)
-        for script, folder, some in (("hil/report/plots.py", "run", {"attitude_error", "nees", "rate", "timeline", "trajectory"}),
-                                     ("hil/montecarlo/plots.py", "mc", {"outcomes", "attitude_max_deg"})):
+        script = ROOT / "hil/report/plots.py"
+        for folder, some in (("run", {"attitude_error", "nees", "rate", "timeline", "trajectory"}),
+                             ("mc", {"outcomes", "nees", "attitude_max_deg"})):
             drawn = []
             for _ in range(2):
-                done = subprocess.run(["/usr/bin/python3", ROOT / script, self.out / folder], capture_output=True, text=True)
+                done = subprocess.run(["/usr/bin/python3", script, self.out / folder], capture_output=True, text=True)
                 self.assertEqual(done.returncode, 0, done.stderr)
                 drawn.append({p.stem: p.read_bytes() for p in (self.out / folder / "plots").glob("*.png")})
             self.assertLessEqual(some, drawn[0].keys())
             self.assertTrue(all(png.startswith(b"\x89PNG") and len(png) > 5000 for png in drawn[0].values()))
             self.assertEqual(drawn[0], drawn[1])
-            nothing = subprocess.run(["/usr/bin/python3", ROOT / script, self.out / "nowhere"], capture_output=True, text=True)
+            nothing = subprocess.run(["/usr/bin/python3", script, self.out / "nowhere"], capture_output=True, text=True)
             self.assertEqual((nothing.returncode, nothing.stderr.count("\n")), (2, 1), nothing.stderr)
 
     def test_unusable_input_is_one_line_and_nothing_is_written(self):
