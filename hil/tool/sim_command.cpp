@@ -162,7 +162,7 @@ void add_sim_command(CLI::App& app, int& exit_status) {
       ->add_option("--run", o->run, "Which run of a campaign: its seed and dispersions; 0: the scenario as it stands")
       ->option_text("N [0]");
   command->add_option("--for", o->duration_s, "Only the beginning: at most so many seconds of the scenario")
-      ->check(CLI::PositiveNumber)
+      ->check(CLI::Range(1e-3, 1e6))  // as duration_s
       ->option_text("SECONDS");
   command->add_option("--capture", o->capture,
                       "Folder for the frames and their truth, as a data set for relnav replay");
